@@ -1,0 +1,204 @@
+# gpom: the only build entry point. One invocation builds one toolchain and configuration into
+# build/<toolchain>-<config>/; targets that need several call this file again. `make help` lists
+# what there is. Only tools/setup touches the network.
+
+CROSS  ?=
+CPU    ?= cortex-m7
+CONFIG ?= $(if $(CROSS),$(CPU),release)
+BUILD  ?= build/$(or $(CROSS:%-=%),host)-$(CONFIG)
+LANES  ?= $(if $(CROSS),1,4)
+FMA    ?= $(if $(CROSS),1,0)
+EXEC   ?=
+SEED   ?=
+LOG    ?=
+DATA   ?= ../shared/data
+V      ?=
+SKIP_BASE ?=
+comma  := ,
+SAN    ?= $(if $(filter sanitize,$(CONFIG)),address$(comma)undefined)
+EIGEN  ?= /usr/include/eigen3
+
+ifeq ($(origin CC),default) # ?= would not override make's built-in value
+CC := $(CROSS)gcc
+endif
+ifeq ($(origin CXX),default)
+CXX := $(CROSS)g++
+endif
+ifeq ($(origin AR),default)
+AR := $(CROSS)ar
+endif
+OBJDUMP ?= $(CROSS)objdump
+
+ifeq ($(MAKELEVEL),0) # all cores, unless the command line says otherwise
+MAKEFLAGS := $(MAKEFLAGS) $(if $(filter -j% --jobs%,$(MAKEFLAGS)),,-j$(shell nproc))
+endif
+MAKEFLAGS += --no-builtin-rules
+.DELETE_ON_ERROR:
+Q    := $(if $(V),,@)
+MAKE := $(MAKE) --no-print-directory
+
+# --- Flags -------------------------------------------------------------------------------------
+
+CPU_cortex-m7 := -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16
+CPU_cortex-m4 := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
+ifneq ($(CROSS),)
+CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7 or cortex-m4))
+MODE_arm  := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-unwind-tables \
+             -fstack-usage -fcallgraph-info=su
+endif
+MODE_release  := -O2 -g -fPIC -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0
+MODE_sanitize := -O1 -g -fPIC -DGPOM_ASSERTS=1 -fno-omit-frame-pointer
+MODE_debug    := -O0 -g -fPIC -DGPOM_ASSERTS=1
+MODE := $(or $(MODE_$(if $(CROSS),arm,$(CONFIG))),\
+             $(error CONFIG=$(CONFIG) is unknown; use release, sanitize or debug))
+MODE += $(if $(SAN),-fsanitize=$(SAN) -fno-sanitize-recover=all)
+
+WARN := -Wall -Wextra -Wshadow -Wconversion -Werror
+# Same numerics for everything that may inline a core header: see STYLE on fusing.
+NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES) -DGPOM_FMA=$(FMA)
+INCLUDES  := -Iinclude -I. -isystem $(EIGEN)
+COMMON    := $(CPU_FLAGS) $(MODE) $(WARN) $(NUMERICS) $(INCLUDES)
+CORE_FLAGS := -std=c++17 $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \
+              -fno-exceptions -fno-rtti -fno-threadsafe-statics \
+              -ffunction-sections -fdata-sections -fvisibility=hidden $(CXXFLAGS)
+HOST_FLAGS := -std=c++17 $(COMMON) -pthread $(CXXFLAGS)
+C99_FLAGS  := -std=c99 -pedantic-errors $(COMMON) $(CFLAGS)
+PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -ffunction-sections -fdata-sections $(CFLAGS)
+
+# --- Sources -----------------------------------------------------------------------------------
+
+objects = $(patsubst %,$(BUILD)/obj/%.o,$(basename $(1)))
+
+CORE_OBJ  := $(call objects,$(wildcard src/*.cpp))
+TOOL_SRC  := $(wildcard tools/gpom_*.cpp)
+TOOL_OBJ  := $(call objects,$(TOOL_SRC))
+TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
+TEST_OBJ  := $(call objects,$(wildcard tests/unit/*.cpp tests/property/*.cpp))
+C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
+PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
+TOOLS     := $(subst _,-,$(TOOL_SRC:tools/%.cpp=$(BUILD)/%))
+SCRIPTS   := $(subst _,-,$(patsubst tools/%.py,$(BUILD)/%,$(wildcard tools/gpom_*.py)))
+
+# --- Public targets ----------------------------------------------------------------------------
+
+help: ## List the targets
+	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
+	    awk -F '|' '{ printf "  %-15s %s\n", $$1, $$2 }'
+	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA LOG DATA SKIP_BASE"
+
+lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the library
+
+tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
+
+demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
+	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
+
+test: test-programs ## Run the tests of library and tools (unit also under ASan and UBSan)
+	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
+
+test-all: $(if $(SKIP_BASE),,test-programs) build/setup/lint firmware ## Run `test`, firmware, lint
+	$(Q)$(MAKE) CPU=cortex-m4 firmware
+	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
+
+lint: build/setup/lint ## Check formatting, house rules and clang-tidy
+	$(Q)python3 tools/lint.py format rules tidy
+
+format: build/setup/lint ## Format all C and C++ sources in place
+	$(Q)python3 tools/lint.py reformat
+
+check-symbols: lib ## Fail on any heap, libc or global-state symbol in the library
+	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom.a
+
+firmware: build/setup/firmware ## Build library and demo image for CPU (cortex-m7, cortex-m4)
+	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=$(CPU) firmware-image
+
+test-firmware: firmware ## Run the image in QEMU: result, instruction counts, sizes, stack
+	$(Q)$(MAKE) CPU=cortex-m4 firmware
+	$(Q)$(RUN_TESTS) firmware
+
+clean: ## Remove what was built, keep the installed Python environment
+	$(Q)rm -rf build/host-* build/arm-none-eabi-*
+
+distclean: ## Remove build/ whole
+	$(Q)rm -rf build
+
+.PHONY: help lib tools demo test test-all lint format check-symbols firmware test-firmware \
+        clean distclean test-programs unit firmware-image FORCE
+.DEFAULT_GOAL := help
+
+# --- Behind them -------------------------------------------------------------------------------
+
+RUN_TESTS = SEED=$(SEED) EXEC="$(EXEC)" GPOM_DATA=$(abspath $(DATA)) \
+            GPOM_BUILD=$(abspath build/host-release) python3 tests/run.py
+
+test-programs: lib tools unit $(BUILD)/api_c99 build/setup/python
+	$(Q)$(MAKE) CONFIG=sanitize unit
+
+unit: $(BUILD)/unit_tests
+
+firmware-image: $(BUILD)/gpom_demo.elf build/host-release/libicount.so
+
+build/setup/%: tools/setup tools/requirements.txt
+	$(Q)tools/setup $*
+
+# Objects are made again when a flag changes, not only when a file does.
+$(BUILD)/flags: FORCE
+	@mkdir -p $(@D)
+	@echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' | cmp -s - $@ || \
+	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
+
+$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(C99_OBJ) $(PORT_OBJ): \
+    $(BUILD)/flags | build/setup/$(if $(CROSS),firmware,base)
+$(TEST_OBJ): | build/setup/test
+
+define compile # compiler and flags
+	@mkdir -p $(@D)
+	$(if $(V),,@echo "  CC   $@")
+	$(Q)$(1) -MMD -MP -c $< -o $@
+endef
+
+$(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
+	$(call compile,$(CXX) $(CORE_FLAGS))
+$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ): $(BUILD)/obj/%.o: %.cpp
+	$(call compile,$(CXX) $(HOST_FLAGS))
+$(C99_OBJ): $(BUILD)/obj/%.o: %.c
+	$(call compile,$(CC) $(C99_FLAGS))
+$(PORT_OBJ): $(BUILD)/obj/%.o: %.c
+	$(call compile,$(CC) $(PORT_FLAGS))
+
+$(BUILD)/libgpom.a: $(CORE_OBJ)
+	$(if $(V),,@echo "  AR   $@")
+	$(Q)rm -f $@ && $(AR) crs $@ $^
+
+# Linked by the C compiler: a need for the C++ runtime is a link error, not a surprise.
+$(BUILD)/libgpom.so: $(CORE_OBJ)
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so -o $@ $^ -lm
+$(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CC) $(MODE) -o $@ $^ -lm
+
+.SECONDEXPANSION: # gpom-some-tool is made from tools/gpom_some_tool.cpp
+$(TOOLS): $(BUILD)/%: $(BUILD)/obj/tools/$$(subst -,_,$$*).o $(TOOLS_LIB) $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
+$(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
+	@mkdir -p $(@D)
+	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' $(abspath build/venv/bin/python) $(abspath $<) > $@
+	@chmod +x $@
+$(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
+
+LD_SCRIPT := ports/cortex_m/mps2_an500.ld
+$(BUILD)/gpom_demo.elf: $(PORT_OBJ) $(BUILD)/libgpom.a $(LD_SCRIPT)
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CC) $(CPU_FLAGS) --specs=nano.specs -nostartfiles -Wl,--gc-sections,--fatal-warnings \
+	    -Wl,-Map=$(@:.elf=.map) -T $(LD_SCRIPT) -o $@ $(PORT_OBJ) $(BUILD)/libgpom.a -lm
+
+# QEMU loads this into itself, so it is always for the host.
+build/host-release/libicount.so: ports/cortex_m/icount_plugin.c | build/setup/base
+	@mkdir -p $(@D)
+	$(Q)cc -std=c99 -O2 $(WARN) -shared -fPIC -o $@ $<
+
+-include $(wildcard $(BUILD)/obj/*/*.d $(BUILD)/obj/*/*/*.d)

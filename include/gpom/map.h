@@ -1,0 +1,103 @@
+/** \file map.h
+ *  A map: beams and their index inside memory that the caller hands over once.
+ *
+ *  Threads: any number of queries may run at once on one map; nothing may run beside a call that
+ *  takes a non-const map. Different maps are independent: the library has no global state. */
+#ifndef GPOM_MAP_H
+#define GPOM_MAP_H
+
+#include "gpom/params.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Beams and queries stay within this distance of the origin [m] (float32 keeps 1 mm there). */
+#define GPOM_REACH_M 8000.0
+
+/** Most beams a map may be configured for. */
+#define GPOM_BEAM_MAX 20000000u
+
+/** Bytes of memory for a map of `beam_max` beams: a constant expression for a static array, never
+ *  less than gpom_map_bytes(). 96 bytes a beam: 40 the beam, 52 the two trees, 4 their order. */
+#define GPOM_MAP_BYTES(beam_max) ((size_t)1024 + (size_t)96 * (size_t)(beam_max))
+
+/** What a map is made for. Fill with gpom_config_init(), then change. */
+typedef struct {
+    uint32_t struct_bytes; /**< Set by gpom_config_init(); guards against a header mismatch. */
+    uint32_t beam_max;     /**< Most beams kept; 1 .. GPOM_BEAM_MAX. Default 1024. */
+    double origin_x_m;     /**< Map frame's east of the origin [m]; beams are kept relative to it. */
+    double origin_y_m;     /**< Map frame's north of the origin [m]. Defaults 0, 0. */
+    gpom_params_t params;  /**< Hyperparameters, copied. Default gpom_params_init(). */
+} gpom_config_t;
+
+/** A map in the caller's memory. Opaque. */
+typedef struct gpom_map gpom_map_t;
+
+/** What happened to every scan and beam ever offered. Counters only rise (gpom_map_clear() keeps
+ *  them); each has one cause. */
+typedef struct {
+    uint64_t scans_inserted;     /**< Scans taken. */
+    uint64_t scans_bad_pose;     /**< Refused: pose or pose covariance not finite or not valid. */
+    uint64_t scans_out_of_reach; /**< Refused: sensor farther than GPOM_REACH_M from the origin. */
+    uint64_t beams_hit;          /**< Kept: a return. */
+    uint64_t beams_no_return;    /**< Kept: free up to the usable maximum, no hit. */
+    uint64_t beams_nan;          /**< Ignored: range is NaN. */
+    uint64_t beams_not_positive; /**< Ignored: range <= 0, minus infinity included. */
+    uint64_t beams_too_near;     /**< Ignored: range below the sensor's minimum. */
+    uint64_t beams_masked;       /**< Ignored: bearing inside one of the sensor's masks. */
+    uint64_t beams_full;         /**< Dropped: the map was full. */
+} gpom_stats_t;
+
+/** One kept beam, for inspection. */
+typedef struct {
+    double x_m;        /**< Sensor position, map frame [m]. */
+    double y_m;        /**< Sensor position, map frame [m]. */
+    int64_t stamp_us;  /**< Time of the scan [us]. */
+    float dir_x;       /**< Unit direction, map frame. */
+    float dir_y;       /**< Unit direction, map frame. */
+    float range_m;     /**< Raw range; the usable maximum for a beam without return [m]. */
+    float hit_noise;   /**< Noise variance of its hit: sn2, raised by position uncertainty [1]. */
+    float free_noise;  /**< Noise variance of its free points: sn2_free, raised likewise [1]. */
+    uint32_t id;       /**< Order of insertion; grows for ever, never reused. */
+    uint8_t is_hit;    /**< 1: the beam returned. 0: free up to range_m, no hit. */
+} gpom_beam_t;
+
+/** Fill with the documented defaults. */
+GPOM_API void gpom_config_init(gpom_config_t *config);
+
+/** Exact bytes gpom_map_init() needs; 0 if config is NULL or beam_max is out of range. */
+GPOM_API size_t gpom_map_bytes(const gpom_config_t *config);
+
+/** Build an empty map inside caller memory; `*map` points into `mem`. Nothing to destroy.
+ *
+ *  mem        8-byte aligned, outlives the map, owned by the caller, not moved while in use.
+ *  mem_bytes  at least gpom_map_bytes(config); GPOM_MAP_BYTES(beam_max) always suffices.
+ *  Errors     GPOM_ERR_ARG (config not from gpom_config_init, or a value out of range),
+ *             GPOM_ERR_PARAMS, GPOM_ERR_MEM. *map is NULL on any error.
+ *  Cost       O(1). */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config,
+                                                    void *mem, size_t mem_bytes);
+
+/** Forget all beams. Ids go on growing; counters stay. O(1). */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_clear(gpom_map_t *map);
+
+/** Index all beams in the two static KD-trees. Answers are the same before and after: beams that
+ *  are not indexed yet are searched one by one, so that this only makes queries faster.
+ *  Cost: O(n log^2 n) comparisons, typically 24 n log2(n), for n beams. */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_build(gpom_map_t *map);
+
+/** Copy the counters. */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_stats(const gpom_map_t *map, gpom_stats_t *stats);
+
+/** Beams kept now; 0 for NULL. */
+GPOM_API uint32_t gpom_map_beam_count(const gpom_map_t *map);
+
+/** Copy kept beam `i_beam` (0 .. gpom_map_beam_count() - 1, in order of insertion). */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_beam,
+                                                    gpom_beam_t *beam);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,77 @@
+/** \file params.h
+ *  Hyperparameters: learnt beforehand, handed in, never changed by the library.
+ *
+ *  The latent function f of the map is a Gaussian process with covariance k; occupied points are
+ *  labelled +1 and free ones -1. "Paper" is O'Callaghan, Ramos and Durrant-Whyte (2009),
+ *  "Contextual Occupancy Maps using Gaussian Processes". */
+#ifndef GPOM_PARAMS_H
+#define GPOM_PARAMS_H
+
+#include "gpom/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Covariance function; r = |x - x'| [m], all multiplied by the signal variance sf2. */
+typedef enum {
+    /** Neural network, the paper's eq. 4: asin(2 x~' S x~* / sqrt((1 + 2 x~' S x~)(1 + 2 x~*' S x~*)))
+     *  with x~ = (1, x, y) and S = diag(s0, s1, s1). Not stationary. */
+    GPOM_KERNEL_NN = 0,
+    GPOM_KERNEL_MATERN12 = 1, /**< exp(-r / ell). */
+    GPOM_KERNEL_MATERN32 = 2, /**< (1 + s) exp(-s), s = sqrt(3) r / ell. */
+    GPOM_KERNEL_SE = 3,       /**< Squared exponential: exp(-r^2 / (2 ell^2)). */
+    GPOM_KERNEL_ASKEY = 4     /**< (1 - r / ell)^3 for r < ell, else 0: compact support. */
+} gpom_kernel_t;
+
+/** Frame in which the covariance sees the points. It matters to GPOM_KERNEL_NN alone. */
+typedef enum {
+    GPOM_FRAME_QUERY = 0, /**< Coordinates relative to the query point: the default. */
+    GPOM_FRAME_MAP = 1    /**< Coordinates relative to the map's origin: the paper's. */
+} gpom_frame_t;
+
+/** Most points (hits plus free) in one query's neighbourhood. */
+#define GPOM_POINTS_MAX 64u
+
+/** Hyperparameters. Fill with gpom_params_init(), change, check with gpom_params_check(). */
+typedef struct {
+    uint32_t struct_bytes; /**< Set by gpom_params_init(); guards against a header mismatch. */
+    gpom_kernel_t kernel;  /**< Covariance function. Default GPOM_KERNEL_MATERN12. */
+    gpom_frame_t frame;    /**< Default GPOM_FRAME_QUERY. */
+    float sf2;             /**< Signal variance [1]; > 0. Default 1. */
+    float s0;              /**< NN only: variance of the bias weight [1]; > 0. */
+    float s1;              /**< NN only: variance of the position weights [1/m2]; > 0. */
+    float ell_m;           /**< All but NN: length scale [m]; > 0. */
+    float sn2;             /**< Noise variance of hits [1]; at least 1e-3 sf2 for NN and SE, else
+                                1e-6 sf2 (float32 conditioning). */
+    float sn2_free;        /**< Noise variance of free points [1]; same floor. Default sn2. */
+    float alpha;           /**< Slope of the sigmoid, eq. 7 [1]; > 0. */
+    float beta;            /**< Offset of the sigmoid, eq. 7 [1]. */
+    float gap_m;           /**< Free segments end this far before their hit [m]; >= 0. */
+    float p_occupied;      /**< Class occupied at or above this probability. */
+    float p_free;          /**< Class free at or below this probability; < p_occupied. */
+    uint16_t n_hits;       /**< Nearest hits per query; >= 1. Default 8. */
+    uint16_t n_free;       /**< Nearest free segments per query; >= 1, n_hits + n_free <= 64. */
+} gpom_params_t;
+
+/** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt settings are better. */
+GPOM_API void gpom_params_init(gpom_params_t *params);
+
+/** Check every field, and that the prior probability lies between p_free and p_occupied, so that
+ *  a place nobody has seen is never called free or occupied.
+ *
+ *  problem  NULL, or where a static one-line text "field: what is wrong" is put; NULL text if OK.
+ *  Errors   GPOM_ERR_ARG (params NULL, or not from gpom_params_init), GPOM_ERR_PARAMS. */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_check(const gpom_params_t *params,
+                                                        const char **problem);
+
+/** Prior variance k(x*, x*) of the latent function [1], at the map's origin for GPOM_FRAME_MAP. */
+GPOM_API float gpom_params_prior_variance(const gpom_params_t *params);
+
+/** Probability of occupancy far from all beams: Phi(beta / sqrt(1 + alpha^2 k(x*, x*))), eq. 7. */
+GPOM_API float gpom_params_prior_probability(const gpom_params_t *params);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

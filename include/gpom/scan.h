@@ -1,0 +1,78 @@
+/** \file scan.h
+ *  Range scans with poses: the only thing that goes into a map.
+ *
+ *  Frames: map (fixed, right-handed, yaw counter-clockwise from x), robot (x forward), sensor
+ *  (bearing 0 along its x axis). */
+#ifndef GPOM_SCAN_H
+#define GPOM_SCAN_H
+
+#include "gpom/map.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Most ranges in one scan. */
+#define GPOM_RANGES_MAX 65536u
+
+/** Bearings that see the vehicle itself: from `from_rad` counter-clockwise to `to_rad`, both
+ *  included, in the scan's own bearings. May cross pi. */
+typedef struct {
+    float from_rad;
+    float to_rad;
+} gpom_mask_t;
+
+/** A range sensor and its place on the robot. Fill with gpom_sensor_init(), then change. */
+typedef struct {
+    double x_m;               /**< Mount, robot frame [m]. Default 0. */
+    double y_m;               /**< Mount, robot frame [m]. Default 0. */
+    double yaw_rad;           /**< Mount, robot frame [rad]. Default 0. */
+    float range_min_m;        /**< Readings below are the housing or dust [m]; >= 0. Default 0. */
+    float range_max_m;        /**< Usable maximum: at or beyond it a reading is "no return", free up
+                                   to here [m]; > range_min_m. Default 30. */
+    float range_var_m2;       /**< Variance of a range [m2]; raises the beam's noise. Default 0. */
+    const gpom_mask_t *masks; /**< n_masks masks, or NULL; read during insertion only. */
+    uint16_t n_masks;         /**< Default 0. */
+    uint8_t upside_down;      /**< 1: mounted upside down, bearings run clockwise. Default 0. */
+} gpom_sensor_t;
+
+/** A robot pose in the map frame. */
+typedef struct {
+    double x_m;       /**< [m] */
+    double y_m;       /**< [m] */
+    double yaw_rad;   /**< [rad], any number of turns up to 1e6 rad */
+    const float *cov; /**< 3 x 3 covariance of (x, y, yaw) by rows [m2, m rad, rad2], symmetric and
+                           positive semidefinite; NULL: the pose is known exactly. */
+} gpom_pose_t;
+
+/** One planar scan, all beams at one time. */
+typedef struct {
+    int64_t stamp_us;      /**< Time of measurement [us]; kept with the beams. */
+    double angle_min_rad;  /**< Bearing of the first range, sensor frame [rad]. */
+    double angle_step_rad; /**< Bearing step, negative if clockwise [rad]. */
+    const float *ranges_m; /**< n_ranges ranges [m]; NaN: ignore; +inf: no return. Any bits allowed. */
+    uint32_t n_ranges;     /**< 0 .. GPOM_RANGES_MAX. */
+} gpom_scan_t;
+
+/** Fill with the documented defaults. */
+GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
+
+/** Insert a scan; a query right after sees it. Readings that cannot be used are counted by cause in
+ *  gpom_stats_t and ignored. Position uncertainty at the hit (pose covariance and range variance)
+ *  raises the noise of the beam's points: with standard deviation d and rho the prior correlation
+ *  over the distance d, y = f(x) + e seen at an unsure place has noise
+ *  (sn2 + (1 - rho^2) k(x, x)) / rho^2.
+ *
+ *  Errors  GPOM_ERR_ARG    null, or a field of sensor or scan out of range; map unchanged.
+ *          GPOM_ERR_ARG    pose not finite or covariance not valid; counted, map unchanged.
+ *          GPOM_ERR_REACH  sensor beyond GPOM_REACH_M of the origin; counted, map unchanged.
+ *          GPOM_ERR_FULL   the first beams that fitted are in, the rest counted.
+ *  Cost    O(n_ranges (1 + n_masks)), 60 arithmetic operations a beam. */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
+                                                       const gpom_sensor_t *sensor,
+                                                       const gpom_pose_t *pose);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,47 @@
+/** \file status.h
+ *  Status codes, version numbers and the two attributes every other header uses. */
+#ifndef GPOM_STATUS_H
+#define GPOM_STATUS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define GPOM_VERSION_MAJOR 0
+#define GPOM_VERSION_MINOR 1
+#define GPOM_VERSION_PATCH 0
+/** Version of this interface as one number, e.g. 102 for 0.1.2. */
+#define GPOM_VERSION (GPOM_VERSION_MAJOR * 10000 + GPOM_VERSION_MINOR * 100 + GPOM_VERSION_PATCH)
+
+#if defined(__GNUC__) || defined(__clang__)
+#define GPOM_NODISCARD __attribute__((warn_unused_result))
+#define GPOM_API __attribute__((visibility("default")))
+#else
+#define GPOM_NODISCARD
+#define GPOM_API
+#endif
+
+/** Outcome of a call. Zero is success; every failure is negative. */
+typedef enum {
+    GPOM_OK = 0,         /**< Done. */
+    GPOM_ERR_ARG = -1,   /**< Broken contract: null, uninitialised or out of range. */
+    GPOM_ERR_MEM = -2,   /**< Caller's memory is null, misaligned or too small. */
+    GPOM_ERR_PARAMS = -3, /**< A hyperparameter is refused; gpom_params_check() names it. */
+    GPOM_ERR_REACH = -4, /**< Farther than GPOM_REACH_M from the map's origin. */
+    GPOM_ERR_FULL = -5,  /**< The map holds beam_max beams; what did not fit was counted. */
+    GPOM_ERR_PIVOT = -6  /**< A covariance matrix was not positive definite; see gpom_answer_t. */
+} gpom_status_t;
+
+/** One line of English for a status; never NULL, static storage. */
+GPOM_API const char *gpom_status_str(gpom_status_t status);
+
+/** GPOM_VERSION of the library that is linked, to compare with the header's. */
+GPOM_API uint32_t gpom_version(void);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,95 @@
+/// \file elementary.hpp
+/// Arcsine, exponential, normal distribution function, sine and cosine in float32.
+///
+/// Own ones on every platform: C libraries differ in the last bits, and none works on lanes.
+/// Coefficients and error bounds are printed by tools/fit_elementary.py (weighted minimax fits).
+#pragma once
+
+#include "src/lane.hpp"
+
+namespace gpom
+{
+
+/// Polynomial by Horner's rule, lowest power first in c.
+template <class F, int N> inline F horner(const float (&c)[N], F x)
+{
+    F sum = lane::splat<F>(c[N - 1]);
+    for (int i = N - 2; i >= 0; --i) {
+        sum = lane::fma(sum, x, lane::splat<F>(c[i]));
+    }
+    return sum;
+}
+
+/// asin(x) for |x| <= 1 (clamped): asin(a) = pi/2 - sqrt(1 - a) P(a). Absolute error <= 2.8e-7.
+template <class F> inline F asin(F x)
+{
+    constexpr float kHalfPi = 1.57079637f;
+    constexpr float kP[] = {1.57079637f,   -0.214594349f,  0.0888685212f, -0.0493318215f,
+                            0.0280265994f, -0.0122481203f, 0.00269819237f};
+    const F a = lane::min(lane::abs(x), lane::splat<F>(1.0f));
+    const F arc = kHalfPi - lane::sqrt(F(1.0f - a)) * horner(kP, a);
+    return lane::with_sign(lane::max(arc, lane::splat<F>(0.0f)), x);
+}
+
+/// exp(x) for x <= 0, 0 below -87 (no denormals): 2^n exp(f), Cody and Waite's reduction.
+/// Error <= 1.1 units in the last place.
+template <class F> inline F exp_nonpositive(F x)
+{
+    constexpr float kLog2e = 1.44269504f;
+    constexpr float kLn2High = 0.693359375f;
+    constexpr float kLn2Low = -0.000212194442f;
+    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: adding it rounds to an integer
+    constexpr float kQ[] = {0.49999994f, 0.166665211f, 0.0416682735f, 0.00836868398f,
+                            0.00138200796f};
+    const F clamped = lane::max(x, lane::splat<F>(-87.0f));
+    const F shifted = clamped * kLog2e + kRound;
+    const F n = shifted - kRound;
+    const F f = (clamped - n * kLn2High) - n * kLn2Low;
+    const F mantissa = lane::fma(F(f * f), horner(kQ, f), F(f + 1.0f));
+    const F scaled = lane::scale_exponent(mantissa, lane::bits_of(shifted));
+    return lane::select(x < -87.0f, lane::splat<F>(0.0f), scaled);
+}
+
+/// Standard normal distribution function Phi(z). Absolute error <= 2.4e-7; the lower tail keeps a
+/// relative error <= 7e-6 down to z = -13.
+template <class F> inline F normal_cdf(F z)
+{
+    constexpr float kScale = 0.259999990f;
+    constexpr float kP[] = {0.103558563f, 0.106701247f, 0.0753969774f, 0.161952898f,
+                            -0.10140191f, 0.226114228f, -0.0723220408f};
+    const F a = lane::min(lane::abs(z), lane::splat<F>(14.0f));
+    const F t = 1.0f / (1.0f + kScale * a);
+    const F tail = exp_nonpositive(F(-0.5f * (a * a))) * (t * horner(kP, t));
+    return lane::select(z < 0.0f, tail, F(1.0f - tail));
+}
+
+/// Unit vector at `angle_rad`, |angle_rad| <= 1e6: error <= 1e-7 after reducing in double.
+struct Direction {
+    float x, y;
+};
+
+inline Direction direction_of(double angle_rad)
+{
+    constexpr double kTwoOverPi = 0.63661977236758134;
+    constexpr double kHalfPi = 1.5707963267948966;
+    constexpr float kSin[] = {-0.166666552f, 0.0083321901f, -0.000195184082f};
+    constexpr float kCos[] = {0.0416666456f, -0.00138873013f, 2.44306684e-05f};
+    const double turns = angle_rad * kTwoOverPi;
+    const int32_t quarter = static_cast<int32_t>(turns + (turns < 0.0 ? -0.5 : 0.5));
+    const float f = static_cast<float>(angle_rad - static_cast<double>(quarter) * kHalfPi);
+    const float f2 = f * f;
+    const float s = f + f * f2 * horner(kSin, f2);
+    const float c = 1.0f + (-0.5f * f2 + f2 * f2 * horner(kCos, f2));
+    switch (static_cast<uint32_t>(quarter) & 3u) {
+    case 0:
+        return {c, s};
+    case 1:
+        return {-s, c};
+    case 2:
+        return {-c, -s};
+    default:
+        return {s, -c};
+    }
+}
+
+} // namespace gpom

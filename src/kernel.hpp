@@ -1,0 +1,70 @@
+/// \file kernel.hpp
+/// Covariance functions k(x, x') on lanes.
+///
+/// Each point is prepared once (feature()), so that a pair costs little: for the neural-network
+/// covariance the feature is the unit-ball vector h of eq. 4, k = sf2 asin(h . h'); for the
+/// stationary ones it is the position in length scales.
+#pragma once
+
+#include "gpom/params.h"
+#include "src/elementary.hpp"
+
+namespace gpom
+{
+
+/// The hyperparameters of the covariance, in the form the hot path wants.
+struct KernelConstants {
+    float sf2;
+    float bias;   ///< NN: sqrt(2 s0).
+    float weight; ///< NN: sqrt(2 s1) [1/m]. Others: 1 / ell [1/m] (Matern-3/2: sqrt(3) / ell).
+};
+
+KernelConstants kernel_constants(const gpom_params_t &params);
+
+template <class F> struct Feature {
+    F a, b, c;
+};
+
+template <gpom_kernel_t K, class F>
+inline Feature<F> feature(const KernelConstants &constants, F x_m, F y_m)
+{
+    const F x = constants.weight * x_m;
+    const F y = constants.weight * y_m;
+    if constexpr (K == GPOM_KERNEL_NN) {
+        const F norm2 = lane::fma(x, x, lane::fma(y, y, lane::splat<F>(
+                                                           1.0f + constants.bias * constants.bias)));
+        const F scale = 1.0f / lane::sqrt(norm2);
+        return {constants.bias * scale, x * scale, y * scale};
+    } else {
+        return {x, y, lane::splat<F>(0.0f)};
+    }
+}
+
+/// k(x, x') from two features.
+template <gpom_kernel_t K, class F>
+inline F covariance(const KernelConstants &constants, const Feature<F> &p, const Feature<F> &q)
+{
+    if constexpr (K == GPOM_KERNEL_NN) {
+        return constants.sf2 * asin(lane::fma(p.a, q.a, lane::fma(p.b, q.b, F(p.c * q.c))));
+    } else {
+        const F dx = p.a - q.a;
+        const F dy = p.b - q.b;
+        const F r2 = lane::fma(dx, dx, F(dy * dy));
+        if constexpr (K == GPOM_KERNEL_SE) {
+            return constants.sf2 * exp_nonpositive(F(-0.5f * r2));
+        } else if constexpr (K == GPOM_KERNEL_MATERN12) {
+            return constants.sf2 * exp_nonpositive(F(-lane::sqrt(r2)));
+        } else if constexpr (K == GPOM_KERNEL_MATERN32) {
+            const F s = lane::sqrt(r2);
+            return constants.sf2 * (1.0f + s) * exp_nonpositive(F(-s));
+        } else {
+            const F u = lane::max(F(1.0f - lane::sqrt(r2)), lane::splat<F>(0.0f));
+            return constants.sf2 * u * u * u;
+        }
+    }
+}
+
+/// k between two places on the x axis, for callers off the hot path.
+float covariance_on_axis(const gpom_params_t &params, float x1_m, float x2_m);
+
+} // namespace gpom

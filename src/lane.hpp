@@ -1,0 +1,165 @@
+/// \file lane.hpp
+/// W queries side by side: the scalar type of the hot path.
+///
+/// One template serves every width. For W = 1 a lane is a plain float, so a microcontroller runs
+/// the same source as a PC; for W > 1 it is the compiler's vector type, whose operators work
+/// element by element on any instruction set. Each lane sees the operations that a scalar would,
+/// in the same order, so that a query's answer does not depend on its neighbours in the packet.
+///
+/// The build sets GPOM_LANES (the width) and GPOM_FMA (1: the processor fuses in one instruction).
+#pragma once
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#ifndef GPOM_LANES
+#define GPOM_LANES 1
+#endif
+#ifndef GPOM_FMA
+#define GPOM_FMA 0
+#endif
+
+namespace gpom::lane
+{
+
+/// F: W floats. I, U: W integers of the same size. Comparisons of F give a mask for select().
+template <int W> struct Lane {
+    typedef float F __attribute__((vector_size(4 * W)));
+    typedef int32_t I __attribute__((vector_size(4 * W)));
+    typedef uint32_t U __attribute__((vector_size(4 * W)));
+};
+template <> struct Lane<1> {
+    using F = float;
+    using I = int32_t;
+    using U = uint32_t;
+};
+
+template <class F> constexpr int width = static_cast<int>(sizeof(F) / sizeof(float));
+template <class F> using IntOf = typename Lane<width<F>>::I;
+
+/// The same value in every lane.
+template <class F> inline F splat(float value)
+{
+    if constexpr (width<F> == 1) {
+        return value;
+    } else {
+        return F{} + value;
+    }
+}
+
+template <class I> inline I splat_int(int32_t value)
+{
+    if constexpr (sizeof(I) == sizeof(int32_t)) {
+        return value;
+    } else {
+        return I{} + value;
+    }
+}
+
+template <class V> inline auto get(const V &lanes, int i)
+{
+    if constexpr (sizeof(V) == 4) {
+        (void)i;
+        return lanes;
+    } else {
+        return lanes[i];
+    }
+}
+
+template <class V, class T> inline void set(V &lanes, int i, T value)
+{
+    if constexpr (sizeof(V) == 4) {
+        (void)i;
+        lanes = value;
+    } else {
+        lanes[i] = value;
+    }
+}
+
+/// mask ? a : b, lane by lane.
+template <class M, class V> inline V select(M mask, V a, V b) { return mask ? a : b; }
+
+/// True if the mask holds in any lane.
+template <class M> inline bool any(M mask)
+{
+    if constexpr (sizeof(M) == 1) {
+        return mask;
+    } else {
+        int32_t bits = 0;
+        for (int i = 0; i < static_cast<int>(sizeof(M) / sizeof(int32_t)); ++i) {
+            bits |= mask[i];
+        }
+        return bits != 0;
+    }
+}
+
+/// Of equal or unordered arguments, b.
+template <class F> inline F min(F a, F b) { return select(a < b, a, b); }
+template <class F> inline F max(F a, F b) { return select(a > b, a, b); }
+
+template <class F> inline IntOf<F> bits_of(F x)
+{
+    IntOf<F> bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+template <class F> inline F from_bits(IntOf<F> bits)
+{
+    F x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+template <class F> inline F abs(F x) { return from_bits<F>(bits_of(x) & INT32_C(0x7fffffff)); }
+
+/// x 2^n for normal results, n in the low bits of `n_bits` (what stands above them is shifted out).
+template <class F> inline F scale_exponent(F x, IntOf<F> n_bits)
+{
+    typename Lane<width<F>>::U exponent;
+    typename Lane<width<F>>::U bits;
+    memcpy(&exponent, &n_bits, sizeof exponent);
+    memcpy(&bits, &x, sizeof bits);
+    bits += exponent << 23;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+/// |magnitude| with the sign of `sign`; magnitude must not be negative.
+template <class F> inline F with_sign(F magnitude, F sign)
+{
+    return from_bits<F>(bits_of(magnitude) | (bits_of(sign) & INT32_MIN));
+}
+
+template <class F> inline F sqrt(F x)
+{
+    if constexpr (width<F> == 1) {
+        return __builtin_sqrtf(x);
+    } else {
+        F root = x;
+        for (int i = 0; i < width<F>; ++i) {
+            root[i] = __builtin_sqrtf(x[i]);
+        }
+        return root;
+    }
+}
+
+/// a b + c: the only place where a product and a sum may be fused, so that every build rounds alike
+/// wherever GPOM_FMA is alike (-ffp-contract=off keeps the compiler from fusing elsewhere).
+template <class F> inline F fma(F a, F b, F c)
+{
+    if constexpr (GPOM_FMA == 0) {
+        return a * b + c;
+    } else if constexpr (width<F> == 1) {
+        return __builtin_fmaf(a, b, c);
+    } else {
+        F sum = c;
+        for (int i = 0; i < width<F>; ++i) {
+            sum[i] = __builtin_fmaf(a[i], b[i], c[i]);
+        }
+        return sum;
+    }
+}
+
+} // namespace gpom::lane

@@ -1,0 +1,164 @@
+#include "gpom/params.h"
+
+#include "src/classify.hpp"
+#include "src/kernel.hpp"
+
+#include <float.h>
+
+void gpom_params_init(gpom_params_t *params)
+{
+    if (params == nullptr) {
+        return;
+    }
+    *params = gpom_params_t{};
+    params->struct_bytes = sizeof(gpom_params_t);
+    params->kernel = GPOM_KERNEL_MATERN12;
+    params->frame = GPOM_FRAME_QUERY;
+    params->sf2 = 1.0f;
+    params->s0 = 60.0f;
+    params->s1 = 1.0f;
+    params->ell_m = 8.0f;
+    params->sn2 = 0.2f;
+    params->sn2_free = 0.2f;
+    params->alpha = 10.0f;
+    params->beta = 4.0f;
+    params->gap_m = 0.1f;
+    params->p_occupied = 0.8f;
+    params->p_free = 0.2f;
+    params->n_hits = 8;
+    params->n_free = 8;
+}
+
+namespace
+{
+
+// Written so that a NaN fails.
+bool is_positive(float x) { return x > 0.0f && x <= FLT_MAX; }
+bool is_not_negative(float x) { return x >= 0.0f && x <= FLT_MAX; }
+bool is_finite(float x) { return x >= -FLT_MAX && x <= FLT_MAX; }
+
+/// Least noise, as a share of sf2, that keeps a 64 x 64 matrix factorable in float32.
+float noise_floor(const gpom_params_t &p)
+{
+    const bool is_smooth = p.kernel == GPOM_KERNEL_NN || p.kernel == GPOM_KERNEL_SE;
+    return (is_smooth ? 1e-3f : 1e-6f) * p.sf2;
+}
+
+const char *problem_of_kernel(const gpom_params_t &p)
+{
+    if (p.kernel < GPOM_KERNEL_NN || p.kernel > GPOM_KERNEL_ASKEY) {
+        return "kernel: not one of nn, matern12, matern32, se, askey";
+    }
+    if (p.frame != GPOM_FRAME_QUERY && p.frame != GPOM_FRAME_MAP) {
+        return "frame: not one of query, map";
+    }
+    if (!is_positive(p.sf2)) {
+        return "sf2: must be positive and finite";
+    }
+    if (p.kernel == GPOM_KERNEL_NN) {
+        if (!is_positive(p.s0)) {
+            return "s0: must be positive and finite";
+        }
+        if (!is_positive(p.s1)) {
+            return "s1: must be positive and finite";
+        }
+    } else if (!is_positive(p.ell_m)) {
+        return "ell_m: must be positive and finite";
+    }
+    return nullptr;
+}
+
+const char *problem_of_noise(const gpom_params_t &p)
+{
+    if (!is_positive(p.sn2)) {
+        return "sn2: must be positive and finite";
+    }
+    if (!is_positive(p.sn2_free)) {
+        return "sn2_free: must be positive and finite";
+    }
+    if (p.sn2 < noise_floor(p)) {
+        return "sn2: too small for float32, at least 1e-3 sf2 for nn and se, else 1e-6 sf2";
+    }
+    if (p.sn2_free < noise_floor(p)) {
+        return "sn2_free: too small for float32, at least 1e-3 sf2 for nn and se, else 1e-6 sf2";
+    }
+    if (!is_not_negative(p.gap_m)) {
+        return "gap_m: must be finite and not negative";
+    }
+    return nullptr;
+}
+
+const char *problem_of_neighbours(const gpom_params_t &p)
+{
+    if (p.n_hits < 1) {
+        return "hits: at least 1";
+    }
+    if (p.n_free < 1) {
+        return "free: at least 1";
+    }
+    if (p.n_hits + p.n_free > static_cast<int>(GPOM_POINTS_MAX)) {
+        return "hits, free: together at most 64";
+    }
+    return nullptr;
+}
+
+const char *problem_of_sigmoid(const gpom_params_t &p)
+{
+    if (!is_positive(p.alpha)) {
+        return "alpha: must be positive and finite";
+    }
+    if (!is_finite(p.beta)) {
+        return "beta: must be finite";
+    }
+    if (!(p.p_free > 0.0f && p.p_free < p.p_occupied && p.p_occupied < 1.0f)) {
+        return "p_free, p_occupied: must satisfy 0 < p_free < p_occupied < 1";
+    }
+    const float p0 = gpom_params_prior_probability(&p);
+    if (!(p0 > p.p_free && p0 < p.p_occupied)) {
+        return "beta: the prior probability Phi(beta / sqrt(1 + alpha^2 k(x, x))) must lie between "
+               "p_free and p_occupied";
+    }
+    return nullptr;
+}
+
+const char *problem_of(const gpom_params_t &p)
+{
+    const char *(*const checks[])(const gpom_params_t &) = {problem_of_kernel, problem_of_noise,
+                                                            problem_of_neighbours,
+                                                            problem_of_sigmoid};
+    for (const auto check : checks) {
+        const char *const problem = check(p);
+        if (problem != nullptr) {
+            return problem;
+        }
+    }
+    return nullptr;
+}
+
+} // namespace
+
+gpom_status_t gpom_params_check(const gpom_params_t *params, const char **problem)
+{
+    if (problem != nullptr) {
+        *problem = nullptr;
+    }
+    if (params == nullptr || params->struct_bytes != sizeof(gpom_params_t)) {
+        return GPOM_ERR_ARG;
+    }
+    const char *const found = problem_of(*params);
+    if (problem != nullptr) {
+        *problem = found;
+    }
+    return found == nullptr ? GPOM_OK : GPOM_ERR_PARAMS;
+}
+
+float gpom_params_prior_variance(const gpom_params_t *params)
+{
+    return params == nullptr ? 0.0f : gpom::covariance_on_axis(*params, 0.0f, 0.0f);
+}
+
+float gpom_params_prior_probability(const gpom_params_t *params)
+{
+    return params == nullptr ? 0.0f
+                             : gpom::squash(*params, 0.0f, gpom_params_prior_variance(params));
+}

@@ -1,0 +1,230 @@
+#include "gpom/scan.h"
+
+#include "src/map.hpp"
+#include "src/se2.hpp"
+
+#include <float.h>
+
+using gpom::Beam;
+
+namespace
+{
+
+constexpr double kAngleMax_rad = 1e6;
+
+/// Beyond this excess a beam's points have no say; keeps the noise finite.
+constexpr float kExcessMax = 1e9f;
+
+// Written so that a NaN fails.
+bool is_within(double x, double limit) { return x >= -limit && x <= limit; }
+
+bool is_sensor(const gpom_sensor_t *sensor)
+{
+    if (sensor == nullptr || (sensor->n_masks > 0 && sensor->masks == nullptr)) {
+        return false;
+    }
+    const bool mount_ok = is_within(sensor->x_m, GPOM_REACH_M) &&
+                          is_within(sensor->y_m, GPOM_REACH_M) &&
+                          is_within(sensor->yaw_rad, kAngleMax_rad);
+    const bool ranges_ok = sensor->range_min_m >= 0.0f &&
+                           sensor->range_max_m > sensor->range_min_m &&
+                           sensor->range_max_m <= static_cast<float>(GPOM_REACH_M) &&
+                           sensor->range_var_m2 >= 0.0f && sensor->range_var_m2 <= FLT_MAX;
+    return mount_ok && ranges_ok;
+}
+
+bool is_scan(const gpom_scan_t *scan)
+{
+    return scan != nullptr && scan->n_ranges <= GPOM_RANGES_MAX &&
+           (scan->n_ranges == 0 || scan->ranges_m != nullptr) &&
+           is_within(scan->angle_min_rad, kAngleMax_rad) &&
+           is_within(scan->angle_step_rad, kAngleMax_rad / GPOM_RANGES_MAX);
+}
+
+/// Variances not negative, correlations at most 1.
+bool is_covariance(const float *cov)
+{
+    for (int i = 0; i < 3; ++i) {
+        const float var = cov[4 * i];
+        if (!(var >= 0.0f && var <= FLT_MAX)) {
+            return false;
+        }
+    }
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < i; ++j) {
+            const float bound = 1.0001f * gpom::lane::sqrt(cov[4 * i]) *
+                                gpom::lane::sqrt(cov[4 * j]);
+            const float c = cov[3 * i + j];
+            const float mirrored = cov[3 * j + i];
+            if (!(gpom::lane::abs(c) <= bound && gpom::lane::abs(mirrored - c) <= 1e-3f * bound)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+bool is_pose(const gpom_pose_t &pose)
+{
+    return is_within(pose.x_m, DBL_MAX) && is_within(pose.y_m, DBL_MAX) &&
+           is_within(pose.yaw_rad, kAngleMax_rad) &&
+           (pose.cov == nullptr || is_covariance(pose.cov));
+}
+
+/// The angle in [0, 2 pi).
+double wrap(double angle_rad)
+{
+    constexpr double kTwoPi = 6.283185307179586;
+    const double turns = static_cast<double>(static_cast<int32_t>(angle_rad / kTwoPi));
+    const double rest = angle_rad - turns * kTwoPi;
+    return rest < 0.0 ? rest + kTwoPi : rest;
+}
+
+bool is_masked(const gpom_sensor_t &sensor, double bearing_rad)
+{
+    for (uint16_t i = 0; i < sensor.n_masks; ++i) {
+        const double from = static_cast<double>(sensor.masks[i].from_rad);
+        const double to = static_cast<double>(sensor.masks[i].to_rad);
+        if (!is_within(from, kAngleMax_rad) || !is_within(to, kAngleMax_rad)) {
+            continue;
+        }
+        if (wrap(bearing_rad - from) <= wrap(to - from)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Count a reading that cannot be used. False: it can.
+bool count_unusable(gpom_stats_t &stats, const gpom_sensor_t &sensor, float range_m,
+                    double bearing_rad)
+{
+    uint64_t *cause = nullptr;
+    if (range_m != range_m) {
+        cause = &stats.beams_nan;
+    } else if (range_m <= 0.0f) {
+        cause = &stats.beams_not_positive;
+    } else if (range_m < sensor.range_min_m) {
+        cause = &stats.beams_too_near;
+    } else if (is_masked(sensor, bearing_rad)) {
+        cause = &stats.beams_masked;
+    }
+    if (cause == nullptr) {
+        return false;
+    }
+    ++*cause;
+    return true;
+}
+
+/// What all beams of one scan share.
+struct ScanContext {
+    const gpom_sensor_t &sensor;
+    const float *pose_cov; ///< 3 x 3 by rows, or NULL.
+    gpom::Pose T_map_sensor;
+    Eigen::Vector2f sensor_m; ///< Sensor position relative to the map's origin.
+    Eigen::Vector2f lever_m;  ///< From the robot to the sensor, map axes.
+};
+
+/// How much position uncertainty at the end of a beam raises its noise (scan.h). With rho the prior
+/// correlation between f at the true place and at the believed one, f(true) = rho f(believed) + a
+/// part independent of it; dividing by rho gives noise (sn2 + (1 - rho^2) k) / rho^2, that is
+/// sn2 + w (sn2 + k) with w = 1 / rho^2 - 1.
+float excess_of(const gpom_map &map, const ScanContext &context, const Beam &beam)
+{
+    const Eigen::Vector2f direction(beam.dir_x, beam.dir_y);
+    float var_m2 = context.sensor.range_var_m2;
+    if (context.pose_cov != nullptr) {
+        using RowMajor = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
+        const Eigen::Matrix3f cov = Eigen::Map<const RowMajor>(context.pose_cov);
+        var_m2 += gpom::position_variance(cov, context.lever_m + beam.range_m * direction);
+    }
+    if (!(var_m2 > 0.0f)) {
+        return 0.0f;
+    }
+    const gpom_params_t &params = map.config.params;
+    const float sd_m = gpom::lane::sqrt(gpom::lane::min(var_m2, FLT_MAX));
+    const float k = gpom::covariance_on_axis(params, 0.0f, sd_m);
+    const float k_product = gpom::covariance_on_axis(params, 0.0f, 0.0f) *
+                            gpom::covariance_on_axis(params, sd_m, sd_m);
+    const float rho2 = k * k / k_product;
+    if (!(rho2 > 1.0f / kExcessMax)) {
+        return kExcessMax;
+    }
+    return gpom::lane::max(1.0f / rho2 - 1.0f, 0.0f);
+}
+
+Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, double bearing_rad)
+{
+    const double turned_rad = context.sensor.upside_down != 0 ? -bearing_rad : bearing_rad;
+    const gpom::Direction direction =
+        gpom::direction_of(context.T_map_sensor.yaw_rad + turned_rad);
+    Beam beam = {};
+    beam.x_m = context.sensor_m.x();
+    beam.y_m = context.sensor_m.y();
+    beam.dir_x = direction.x;
+    beam.dir_y = direction.y;
+    beam.is_hit = range_m < context.sensor.range_max_m ? 1 : 0;
+    beam.range_m = beam.is_hit != 0 ? range_m : context.sensor.range_max_m;
+    beam.excess = excess_of(map, context, beam);
+    return beam;
+}
+
+/// Insert all usable readings; the map takes as many as it has room for.
+gpom_status_t insert_beams(gpom_map &map, const gpom_scan_t &scan, const ScanContext &context)
+{
+    gpom_status_t status = GPOM_OK;
+    for (uint32_t i = 0; i < scan.n_ranges; ++i) {
+        const double bearing_rad = scan.angle_min_rad + i * scan.angle_step_rad;
+        if (count_unusable(map.stats, context.sensor, scan.ranges_m[i], bearing_rad)) {
+            continue;
+        }
+        if (map.n_beams == map.config.beam_max || map.next_id == UINT32_C(0x7fffffff)) {
+            ++map.stats.beams_full;
+            status = GPOM_ERR_FULL;
+            continue;
+        }
+        Beam beam = beam_of(map, context, scan.ranges_m[i], bearing_rad);
+        beam.stamp_us = scan.stamp_us;
+        beam.id = map.next_id++;
+        map.beams[map.n_beams++] = beam;
+        ++(beam.is_hit != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
+    }
+    return status;
+}
+
+} // namespace
+
+void gpom_sensor_init(gpom_sensor_t *sensor)
+{
+    if (sensor == nullptr) {
+        return;
+    }
+    *sensor = gpom_sensor_t{};
+    sensor->range_max_m = 30.0f;
+}
+
+gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
+                               const gpom_sensor_t *sensor, const gpom_pose_t *pose)
+{
+    if (!gpom::is_map(map) || pose == nullptr || !is_scan(scan) || !is_sensor(sensor)) {
+        return GPOM_ERR_ARG;
+    }
+    if (!is_pose(*pose)) {
+        ++map->stats.scans_bad_pose;
+        return GPOM_ERR_ARG;
+    }
+    const gpom::Pose T_map_robot = {{pose->x_m, pose->y_m}, pose->yaw_rad};
+    const gpom::Pose T_robot_sensor = {{sensor->x_m, sensor->y_m}, sensor->yaw_rad};
+    const gpom::Pose T_map_sensor = T_map_robot * T_robot_sensor;
+    const Eigen::Vector2d origin_m(map->config.origin_x_m, map->config.origin_y_m);
+    const Eigen::Vector2d sensor_m = T_map_sensor.position_m - origin_m;
+    if (!(sensor_m.squaredNorm() <= GPOM_REACH_M * GPOM_REACH_M)) {
+        ++map->stats.scans_out_of_reach;
+        return GPOM_ERR_REACH;
+    }
+    const Eigen::Vector2f lever_m =
+        (T_map_sensor.position_m - T_map_robot.position_m).cast<float>();
+    ++map->stats.scans_inserted;
+    return insert_beams(*map, *scan,
+                        {*sensor, pose->cov, T_map_sensor, sensor_m.cast<float>(), lever_m});
+}

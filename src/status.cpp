@@ -1,0 +1,24 @@
+#include "gpom/status.h"
+
+const char *gpom_status_str(gpom_status_t status)
+{
+    switch (status) {
+    case GPOM_OK:
+        return "ok";
+    case GPOM_ERR_ARG:
+        return "an argument is null, uninitialised or out of range";
+    case GPOM_ERR_MEM:
+        return "memory is null, misaligned or too small";
+    case GPOM_ERR_PARAMS:
+        return "a hyperparameter is out of range";
+    case GPOM_ERR_REACH:
+        return "farther than GPOM_REACH_M from the map's origin";
+    case GPOM_ERR_FULL:
+        return "the map is full";
+    case GPOM_ERR_PIVOT:
+        return "a covariance matrix was not positive definite";
+    }
+    return "unknown status";
+}
+
+uint32_t gpom_version(void) { return GPOM_VERSION; }

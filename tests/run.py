@@ -1,0 +1,216 @@
+#!/usr/bin/env python3
+"""Run test suites and end with one line `N passed, N failed, N skipped`.
+
+usage: tests/run.py [--summary FILE.json] SUITE...
+
+Suites: unit unit-sanitize c99 headers symbols tools firmware lint; `base` is the first six, `extra`
+the rest. Called by make, which builds what they need first. A failure is printed with its output, a
+skip with its reason. Exit code 1 if anything failed or nothing passed.
+Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
+program (valgrind, say; not before the one with sanitizers, which would not bear it).
+"""
+import argparse
+import glob
+import json
+import os
+import re
+import secrets
+import shlex
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+RESULTS = "build/test-results"
+SKIP_EXIT_CODE = 77
+TIMEOUT_S = 600
+BASE = ["unit", "unit-sanitize", "c99", "headers", "symbols", "tools"]
+EXTRA = ["firmware", "lint"]
+
+HOST = "build/host-release"
+HEADER_CHECKS = {
+    "C99": "cc -std=c99 -pedantic-errors -Wall -Wextra -Werror -x c",
+    "C++17": "c++ -std=c++17 -pedantic-errors -Wall -Wextra -Werror -x c++",
+}
+
+
+class Results:
+    def __init__(self):
+        self.passed = self.failed = self.skipped = 0
+
+    def ok(self):
+        self.passed += 1
+
+    def fail(self, name, output):
+        self.failed += 1
+        print(f"FAILED  {name}")
+        print(indented(output))
+
+    def skip(self, name, reason):
+        self.skipped += 1
+        print(f"skipped {name}: {reason}")
+
+    def line(self):
+        return f"{self.passed} passed, {self.failed} failed, {self.skipped} skipped"
+
+
+def indented(text):
+    return "\n".join("        " + line for line in text.rstrip().splitlines())
+
+
+def run(command):
+    """(exit code, output) of a command; a hang is a failure."""
+    try:
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, timeout=TIMEOUT_S, check=False)
+    except subprocess.TimeoutExpired as late:
+        output = (late.stdout or b"").decode(errors="replace")
+        return 1, output + f"\nstopped after {TIMEOUT_S} s"
+    except OSError as error:
+        return 1, str(error)
+    return done.returncode, done.stdout.decode(errors="replace")
+
+
+def run_junit(results, suite, command, report):
+    """Run a program that writes JUnit results; count its test cases."""
+    os.makedirs(RESULTS, exist_ok=True)
+    if os.path.exists(report):
+        os.remove(report)
+    code, output = run(command)
+    try:
+        cases = list(ElementTree.parse(report).iter("testcase"))
+    except (OSError, ElementTree.ParseError):
+        results.fail(suite, f"exit code {code}, no results written\n{output}")
+        return
+    failed_before = results.failed
+    for case in cases:
+        count_case(results, suite, case)
+    if not cases:
+        results.fail(suite, f"exit code {code}, no test case ran\n{output}")
+    elif code != 0 and results.failed == failed_before:
+        results.fail(suite, f"exit code {code} though no test case failed\n{output}")
+
+
+def count_case(results, suite, case):
+    name = f"{suite}: {case.get('name')}"
+    faults = case.findall("failure") + case.findall("error")
+    skipped = case.find("skipped")
+    if faults:
+        results.fail(name, "\n".join(f"{fault.get('message') or ''}\n{fault.text or ''}"
+                                     for fault in faults))
+    elif skipped is not None:
+        results.skip(name, skipped.get("message") or "no reason given")
+    else:
+        results.ok()
+
+
+def run_check(results, name, command, show=False):
+    """Run a command as one test case: exit code 0 passes, 77 skips, all else fails."""
+    code, output = run(command)
+    if code == 0:
+        results.ok()
+        if show:
+            print(f"ok      {name}\n{indented(output)}" if output.strip() else f"ok      {name}")
+    elif code == SKIP_EXIT_CODE:
+        lines = output.strip().splitlines()
+        results.skip(name, lines[-1] if lines else "no reason given")
+    else:
+        results.fail(name, f"exit code {code}: {shlex.join(command)}\n{output}")
+
+
+def run_doctest(results, suite, folder, before=""):
+    report = f"{RESULTS}/{suite}.xml"
+    command = [f"{folder}/unit_tests", "--reporters=junit", f"--out={report}"]
+    run_junit(results, suite, shlex.split(before) + command, report)
+
+
+def run_c99(results):
+    run_check(results, "c99: a C99 program needs no C++ runtime and runs", [f"{HOST}/api_c99"])
+
+
+def run_headers(results):
+    headers = sorted(glob.glob("include/gpom/*.h"))
+    if not headers:
+        results.fail("headers", "include/gpom holds no header")
+    for header in headers:
+        for language, compiler in HEADER_CHECKS.items():
+            run_check(results, f"headers: {header} compiles alone as {language}",
+                      compiler.split() + ["-fsyntax-only", "-Iinclude", "-include", header,
+                                          "/dev/null"])
+
+
+def run_symbols(results):
+    run_check(results, "symbols: the library has no heap, libc or global state",
+              ["tools/check_symbols.py", f"{HOST}/libgpom.a"])
+    run_check(results, "symbols: the shared library exports gpom_* and nothing else",
+              ["tools/check_symbols.py", "--exports", f"{HOST}/libgpom.so"])
+
+
+def run_pytest(results):
+    if not glob.glob("tests/tools/**/test_*.py", recursive=True):
+        results.skip("tools", "tests/tools holds no test yet")
+        return
+    report = f"{RESULTS}/tools.xml"
+    run_junit(results, "tools", ["build/venv/bin/python", "-m", "pytest", "-q", "-p",
+                                 "no:cacheprovider", f"--junitxml={report}", "tests/tools"], report)
+
+
+def run_firmware(results):
+    code, names = run(["tests/firmware/check.py", "--list"])
+    if code != 0:
+        results.fail("firmware", names)
+        return
+    for name in names.splitlines():
+        run_check(results, f"firmware: {name}", ["tests/firmware/check.py", name], show=True)
+
+
+def run_lint(results):
+    for what in "format", "rules", "tidy":
+        run_check(results, f"lint: {what}", ["tools/lint.py", what])
+
+
+SUITES = {
+    "unit": lambda results: run_doctest(results, "unit", HOST, os.environ.get("EXEC", "")),
+    "unit-sanitize": lambda results: run_doctest(results, "unit-sanitize", "build/host-sanitize"),
+    "c99": run_c99,
+    "headers": run_headers,
+    "symbols": run_symbols,
+    "tools": run_pytest,
+    "firmware": run_firmware,
+    "lint": run_lint,
+}
+
+
+def choose_seed():
+    """The seed of all random tests; SEED= in the environment replays a run."""
+    seed = os.environ.get("SEED") or str(secrets.randbelow(2**31))
+    if not re.fullmatch(r"\d+", seed):
+        sys.exit(f"tests/run.py: SEED={seed} is not a number; give a whole number >= 0")
+    os.environ["GPOM_SEED"] = seed
+    print(f"seed {seed} (replay with SEED={seed})")
+
+
+def main():
+    parser = argparse.ArgumentParser(usage=__doc__.split("usage: ")[1].split("\n\n")[0])
+    parser.add_argument("--summary", metavar="FILE.json")
+    parser.add_argument("suites", nargs="+", metavar="SUITE", choices=[*SUITES, "base", "extra"])
+    args = parser.parse_args()
+    os.chdir(ROOT)
+    choose_seed()
+    results = Results()
+    for choice in args.suites:
+        for suite in {"base": BASE, "extra": EXTRA}.get(choice, [choice]):
+            before = (results.passed, results.failed, results.skipped)
+            SUITES[suite](results)
+            counts = [now - then for now, then in
+                      zip((results.passed, results.failed, results.skipped), before)]
+            print("{:<14} {} passed, {} failed, {} skipped".format(suite, *counts), flush=True)
+    if args.summary:
+        with open(args.summary, "w", encoding="utf-8") as file:
+            json.dump(vars(results), file)
+    print(results.line())
+    return 1 if results.failed > 0 or results.passed == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,195 @@
+// gpom-query: scans and points in, answers out.
+#include "tools/lib/answer_csv.hpp"
+#include "tools/lib/command_line.hpp"
+#include "tools/lib/host_map.hpp"
+#include "tools/lib/params_toml.hpp"
+#include "tools/lib/progress.hpp"
+#include "tools/lib/text_lines.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <stdexcept>
+
+using namespace gpom_tools;
+
+namespace
+{
+
+/// Points answered between two updates of the progress bar.
+constexpr std::size_t kChunk = 20000;
+
+struct Options {
+    std::string scans_path, params_path, points_path, out_path;
+    std::vector<double> raster; ///< x0, y0, cell, nx, ny.
+    std::vector<double> origin = {0.0, 0.0};
+    double range_max_m = 49.0;
+    std::optional<double> beam_max; ///< Absent: as many as the scans have.
+};
+
+void declare_options(CLI::App &app, Options &options)
+{
+    app.add_option("--scans", options.scans_path,
+                   "Scans: CSV or CARMEN log, plain or gzipped")
+        ->required()
+        ->type_name("FILE");
+    app.add_option("--params", options.params_path, "Hyperparameters, TOML")
+        ->required()
+        ->type_name("FILE");
+    CLI::Option *const points =
+        app.add_option("--points", options.points_path, "Points to ask for, x,y a line [m]")
+            ->type_name("FILE");
+    app.add_option("--raster", options.raster,
+                   "Instead of --points: x0,y0,cell,nx,ny; corner of cell 0 and cell size [m]")
+        ->delimiter(',')
+        ->expected(5)
+        ->excludes(points);
+    app.add_option("--out", options.out_path,
+                   "Answers: x,y,mean,variance,probability,class a line")
+        ->required()
+        ->type_name("FILE");
+    app.add_option("--origin", options.origin,
+                   "Origin X,Y of the map [m]; beams must lie within 8 km of it")
+        ->delimiter(',')
+        ->expected(2)
+        ->capture_default_str();
+    app.add_option("--range-max", options.range_max_m,
+                   "Usable range of a CARMEN log's sensor [m]")
+        ->capture_default_str();
+    app.add_option("--beam-max", options.beam_max,
+                   "Capacity of the map [beams]; default: all of the scans'")
+        ->check(CLI::Number);
+}
+
+/// A count from the command line, where 1e12 must be an error and not wrap.
+double whole_number(double value, double low, double high, const std::string &name)
+{
+    if (!(value >= low && value <= high) || value != std::floor(value)) {
+        char range[80];
+        std::snprintf(range, sizeof range, "must be a whole number from %.0f to %.0f", low, high);
+        throw std::runtime_error(name + ": " + range);
+    }
+    return value;
+}
+
+gpom_raster_t raster_of(const std::vector<double> &values)
+{
+    gpom_raster_t raster = {values[0], values[1], values[2], 0, 0};
+    const bool finite = std::isfinite(raster.x0_m) && std::isfinite(raster.y0_m);
+    if (!finite || !(raster.cell_m > 0.0) || !std::isfinite(raster.cell_m)) {
+        throw std::runtime_error("--raster: corner must be finite and the cell size over 0");
+    }
+    raster.nx = static_cast<std::uint32_t>(
+        whole_number(values[3], 1, GPOM_RASTER_SIDE_MAX, "--raster nx"));
+    raster.ny = static_cast<std::uint32_t>(
+        whole_number(values[4], 1, GPOM_RASTER_SIDE_MAX, "--raster ny"));
+    if (values[3] * values[4] > kRasterCellsMax) {
+        throw std::runtime_error("--raster: more than 1e8 cells; ask for it in parts");
+    }
+    return raster;
+}
+
+std::vector<gpom_point_t> points_of(const Options &options)
+{
+    if (!options.raster.empty()) {
+        return cell_centres(raster_of(options.raster));
+    }
+    if (options.points_path.empty()) {
+        throw std::runtime_error("--points or --raster is required; see gpom-query --help");
+    }
+    return read_points(options.points_path);
+}
+
+/// The scans must lie near the origin; if they do not, say which origin would do.
+void check_reach(const std::vector<Scan> &scans, const gpom_point_t &origin)
+{
+    if (!std::isfinite(origin.x_m) || !std::isfinite(origin.y_m)) {
+        throw std::runtime_error("--origin: must be two finite numbers");
+    }
+    for (const Scan &scan : scans) {
+        if (std::hypot(scan.x_m - origin.x_m, scan.y_m - origin.y_m) > GPOM_REACH_M) {
+            const gpom_point_t middle = middle_of(scans);
+            char text[200];
+            std::snprintf(text, sizeof text,
+                          "scan at (%.1f, %.1f) is over 8 km from the origin (%.1f, %.1f); "
+                          "try --origin %.0f,%.0f",
+                          scan.x_m, scan.y_m, origin.x_m, origin.y_m, middle.x_m, middle.y_m);
+            throw std::runtime_error(text);
+        }
+    }
+}
+
+HostMap map_of(const Options &options, const std::vector<Scan> &scans)
+{
+    const gpom_params_t params = read_params(options.params_path);
+    const gpom_point_t origin = {options.origin[0], options.origin[1]};
+    check_reach(scans, origin);
+    const double beam_max = options.beam_max.value_or(static_cast<double>(beam_count(scans)));
+    HostMap map(params,
+                static_cast<std::size_t>(whole_number(beam_max, 1, GPOM_BEAM_MAX, "--beam-max")),
+                origin);
+    map.insert(scans);
+    return map;
+}
+
+std::vector<gpom_answer_t> answers_of(const HostMap &map, const std::vector<gpom_point_t> &points)
+{
+    std::vector<gpom_answer_t> answers;
+    answers.reserve(points.size());
+    Progress progress("answering");
+    for (std::size_t i = 0; i < points.size(); i += kChunk) {
+        const auto first = points.begin() + static_cast<std::ptrdiff_t>(i);
+        const auto last = first + static_cast<std::ptrdiff_t>(std::min(kChunk, points.size() - i));
+        const std::vector<gpom_answer_t> part = map.query(std::vector<gpom_point_t>(first, last));
+        answers.insert(answers.end(), part.begin(), part.end());
+        progress.update(answers.size(), points.size());
+    }
+    return answers;
+}
+
+void report(const HostMap &map, const std::vector<gpom_answer_t> &answers)
+{
+    const gpom_stats_t stats = map.stats();
+    const auto n_ignored = stats.beams_nan + stats.beams_not_positive + stats.beams_too_near +
+                           stats.beams_masked;
+    std::printf("%llu scans: %llu hits, %llu beams without return, %llu readings ignored; "
+                "%zu points answered\n",
+                static_cast<unsigned long long>(stats.scans_inserted),
+                static_cast<unsigned long long>(stats.beams_hit),
+                static_cast<unsigned long long>(stats.beams_no_return),
+                static_cast<unsigned long long>(n_ignored), answers.size());
+    const auto n_bad = std::count_if(answers.begin(), answers.end(), [](const gpom_answer_t &a) {
+        return (a.flags & GPOM_ANSWER_PIVOT) != 0;
+    });
+    if (n_bad > 0) {
+        std::fprintf(stderr,
+                     "gpom-query: warning: %lld points had a matrix that is not positive "
+                     "definite and got the prior; raise sn2\n",
+                     static_cast<long long>(n_bad));
+    }
+}
+
+void query(const Options &options)
+{
+    ReadOptions read_options;
+    read_options.range_max_m = options.range_max_m;
+    const std::vector<gpom_point_t> points = points_of(options);
+    const std::vector<Scan> scans = read_scans(options.scans_path, read_options);
+    const HostMap map = map_of(options, scans);
+    const std::vector<gpom_answer_t> answers = answers_of(map, points);
+    replace_files({{options.out_path, answers_csv(points, answers)}});
+    report(map, answers);
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    CLI::App app("Build a map from scans and answer points: mean, variance and probability of\n"
+                 "occupancy, and class.",
+                 "gpom-query");
+    Options options;
+    declare_options(app, options);
+    return run_tool(app, argc, argv, [&options] { query(options); });
+}

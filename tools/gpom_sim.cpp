@@ -1,0 +1,91 @@
+// gpom-sim: simulated streets with laser scans and ground truth.
+#include "tools/lib/command_line.hpp"
+#include "tools/lib/progress.hpp"
+#include "tools/lib/street.hpp"
+
+#include <charconv>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+namespace
+{
+
+struct Options {
+    std::string out_path;
+    std::string truth_path;
+    gpom_tools::StreetConfig street;
+};
+
+/// CLI11 would wrap -3 round, and cut what is too large down, to a seed nobody asked for.
+std::string check_seed(const std::string &text)
+{
+    std::uint64_t seed = 0;
+    const char *const end = text.data() + text.size();
+    const auto result = std::from_chars(text.data(), end, seed);
+    const bool whole = result.ec == std::errc{} && result.ptr == end;
+    return whole ? "" : "must be a whole number from 0 to 2^64 - 1, is '" + text + "'";
+}
+
+void declare_options(CLI::App &app, Options &options)
+{
+    gpom_tools::StreetConfig &street = options.street;
+    app.add_option("--out", options.out_path, "Scans to write, CSV")->required()->type_name("FILE");
+    app.add_option("--truth", options.truth_path, "Ground truth to write, PGM image")
+        ->type_name("FILE");
+    app.add_option("--seed", street.seed, "Seed; the same seed gives the same street")
+        ->check(check_seed);
+    app.add_option("--width", street.width_m, "Area's extent along x [m]");
+    app.add_option("--height", street.height_m, "Area's extent along y [m]");
+    app.add_option("--scans", street.n_scans, "Number of scans");
+    app.add_option("--beams", street.n_beams, "Beams in each scan");
+    app.add_option("--fov-deg", street.fov_deg, "Field of view about the heading [degree]");
+    app.add_option("--range-max", street.range_max_m, "Maximum range [m]; beyond: no return");
+    app.add_option("--range-noise", street.range_noise_m, "Standard deviation of ranges [m]");
+    app.add_option("--step", street.step_m, "Way driven from scan to scan [m]");
+    app.add_option("--truth-cell", street.truth_cell_m, "Cell size of the ground truth [m]");
+    for (CLI::Option *option : app.get_options()) {
+        const std::string name = option->get_name();
+        if (name != "--help" && name != "--out" && name != "--truth") {
+            option->capture_default_str();
+        }
+    }
+}
+
+void simulate(const Options &options)
+{
+    using namespace gpom_tools;
+    const std::string absurd = street_config_error(options.street);
+    if (!absurd.empty()) {
+        throw std::runtime_error(absurd + "; see gpom-sim --help");
+    }
+    if (options.out_path == options.truth_path) {
+        throw std::runtime_error("--out and --truth name the same file");
+    }
+    const StreetWorld world = make_street_world(options.street);
+    const std::string comment = street_comment(options.street);
+    std::vector<FileContent> files;
+    {
+        Progress progress("scanning");
+        const auto show = [&](std::size_t n, std::size_t n_all) { progress.update(n, n_all); };
+        const std::vector<Scan> scans = simulate_scans(world, options.street, show);
+        files.push_back({options.out_path, scans_csv(scans, comment)});
+    }
+    if (!options.truth_path.empty()) {
+        const Truth truth = street_truth(world, options.street.truth_cell_m);
+        files.push_back({options.truth_path, truth_pgm(truth, comment)});
+    }
+    replace_files(files);
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    CLI::App app("Simulate streets with parked cars, a robot's laser scans along them, and the\n"
+                 "ground truth. The defaults are those of the paper: 476 beams in 18,000 m2.",
+                 "gpom-sim");
+    Options options;
+    declare_options(app, options);
+    return gpom_tools::run_tool(app, argc, argv, [&options] { simulate(options); });
+}

@@ -1,0 +1,52 @@
+// What every tool's main() shares: one-line errors, exit codes.
+#ifndef GPOM_TOOLS_LIB_COMMAND_LINE_HPP
+#define GPOM_TOOLS_LIB_COMMAND_LINE_HPP
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <string>
+
+namespace gpom_tools {
+
+/// Exit code of a usage error, a bad file or a refused value.
+constexpr int kExitUsage = 2;
+
+/// Print "TOOL: TEXT" on stderr, line breaks made blanks. Returns kExitUsage.
+inline int fail(const std::string &tool, std::string text)
+{
+    while (!text.empty() && text.back() == '\n') {
+        text.pop_back();
+    }
+    for (char &c : text) {
+        c = c == '\n' ? ' ' : c;
+    }
+    std::fprintf(stderr, "%s: %s\n", tool.c_str(), text.c_str());
+    return kExitUsage;
+}
+
+/// Parse the command line, then run the body. Help goes to stdout with exit code 0; whatever else
+/// goes wrong is one line on stderr and exit code 2. The tool's name is the application's.
+inline int run_tool(CLI::App &app, int argc, const char *const *argv,
+                    const std::function<void()> &body)
+{
+    const std::string tool = app.get_name();
+    try {
+        app.parse(argc, argv);
+        body();
+        return 0;
+    } catch (const CLI::CallForHelp &) {
+        std::fputs(app.help().c_str(), stdout);
+        return 0;
+    } catch (const CLI::ParseError &error) {
+        return fail(tool, std::string(error.what()) + "; see " + tool + " --help");
+    } catch (const std::exception &error) {
+        return fail(tool, error.what());
+    }
+}
+
+} // namespace gpom_tools
+
+#endif

@@ -1,0 +1,120 @@
+#include "tools/lib/host_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace gpom_tools {
+
+namespace {
+
+void require(gpom_status_t status, const std::string &what)
+{
+    if (status != GPOM_OK) {
+        throw std::runtime_error(what + ": " + gpom_status_str(status));
+    }
+}
+
+/// Bad pivots are flagged in the answers, and are no failure of the whole query.
+void require_answers(gpom_status_t status)
+{
+    if (status != GPOM_ERR_PIVOT) {
+        require(status, "query");
+    }
+}
+
+} // namespace
+
+HostMap::HostMap(const gpom_params_t &params, std::size_t beam_max, gpom_point_t origin)
+{
+    gpom_config_t config;
+    gpom_config_init(&config);
+    config.params = params;
+    config.beam_max = static_cast<std::uint32_t>(
+        std::min<std::size_t>(beam_max, static_cast<std::size_t>(UINT32_MAX)));
+    config.origin_x_m = origin.x_m;
+    config.origin_y_m = origin.y_m;
+    const std::size_t map_bytes = gpom_map_bytes(&config);
+    if (map_bytes == 0) {
+        throw std::runtime_error("a map of " + std::to_string(beam_max) +
+                                 " beams is out of range; from 1 to " +
+                                 std::to_string(GPOM_BEAM_MAX));
+    }
+    memory_ = std::make_unique<std::uint64_t[]>((map_bytes + 7) / 8);
+    require(gpom_map_init(&map_, &config, memory_.get(), map_bytes), "map");
+    scratch_ = std::make_unique<std::uint8_t[]>(gpom_scratch_bytes(map_));
+}
+
+void HostMap::insert(const Scan &scan)
+{
+    gpom_sensor_t sensor;
+    gpom_sensor_init(&sensor);
+    sensor.range_max_m = static_cast<float>(scan.range_max_m);
+    const gpom_pose_t pose = {scan.x_m, scan.y_m, scan.theta_rad, nullptr};
+    const gpom_scan_t readings = {static_cast<std::int64_t>(std::llround(scan.t_s * 1e6)),
+                                  scan.angle_min_rad, scan.angle_step_rad, scan.ranges_m.data(),
+                                  static_cast<std::uint32_t>(scan.ranges_m.size())};
+    require(gpom_scan_insert(map_, &readings, &sensor, &pose),
+            "scan at t = " + std::to_string(scan.t_s) + " s");
+}
+
+void HostMap::insert(const std::vector<Scan> &scans)
+{
+    for (const Scan &scan : scans) {
+        insert(scan);
+    }
+    build();
+}
+
+void HostMap::build() { require(gpom_map_build(map_), "build"); }
+
+std::vector<gpom_answer_t> HostMap::query(const std::vector<gpom_point_t> &points) const
+{
+    std::vector<gpom_answer_t> answers(points.size());
+    const gpom_scratch_t memory = scratch();
+    require_answers(
+        gpom_query_points(map_, points.data(), points.size(), answers.data(), &memory));
+    return answers;
+}
+
+std::vector<gpom_answer_t> HostMap::query(const gpom_raster_t &raster) const
+{
+    std::vector<gpom_answer_t> answers(static_cast<std::size_t>(raster.nx) * raster.ny);
+    const gpom_scratch_t memory = scratch();
+    require_answers(gpom_query_raster(map_, &raster, answers.data(), &memory));
+    return answers;
+}
+
+gpom_stats_t HostMap::stats() const
+{
+    gpom_stats_t stats;
+    require(gpom_map_stats(map_, &stats), "stats");
+    return stats;
+}
+
+gpom_scratch_t HostMap::scratch() const
+{
+    return {scratch_.get(), gpom_scratch_bytes(map_)};
+}
+
+std::size_t beam_count(const std::vector<Scan> &scans)
+{
+    std::size_t n = 0;
+    for (const Scan &scan : scans) {
+        n += scan.ranges_m.size();
+    }
+    return n;
+}
+
+gpom_point_t middle_of(const std::vector<Scan> &scans)
+{
+    const auto by_x = [](const Scan &a, const Scan &b) { return a.x_m < b.x_m; };
+    const auto by_y = [](const Scan &a, const Scan &b) { return a.y_m < b.y_m; };
+    const auto x = std::minmax_element(scans.begin(), scans.end(), by_x);
+    const auto y = std::minmax_element(scans.begin(), scans.end(), by_y);
+    return {std::round(0.5 * (x.first->x_m + x.second->x_m)),
+            std::round(0.5 * (y.first->y_m + y.second->y_m))};
+}
+
+} // namespace gpom_tools

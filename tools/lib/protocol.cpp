@@ -1,0 +1,132 @@
+#include "tools/lib/protocol.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace gpom_tools
+{
+namespace
+{
+
+struct Reading {
+    std::size_t i_scan;
+    std::size_t i_beam;
+};
+
+TestPoint point_along(const Scan &scan, std::size_t i_beam, double distance_m, bool occupied)
+{
+    const double bearing_rad =
+        scan.theta_rad + scan.angle_min_rad + static_cast<double>(i_beam) * scan.angle_step_rad;
+    return {{scan.x_m + distance_m * std::cos(bearing_rad),
+             scan.y_m + distance_m * std::sin(bearing_rad)},
+            occupied};
+}
+
+/// Put n of the readings, chosen at random without repetition, at the front; n <= their count.
+void choose_first(std::vector<Reading> &readings, std::size_t n, ProtocolRandom &random)
+{
+    for (std::size_t i = 0; i < n; ++i) {
+        std::swap(readings[i], readings[i + random.below(readings.size() - i)]);
+    }
+}
+
+std::vector<TestPoint> held_out_points(const std::vector<Scan> &scans,
+                                       std::vector<Reading> &readings, ProtocolRandom &random)
+{
+    const std::size_t n = std::min(kLogPointsOfAKind, readings.size() / 2);
+    choose_first(readings, 2 * n, random);
+    std::vector<TestPoint> points;
+    for (std::size_t i = 0; i < 2 * n; ++i) {
+        const Scan &scan = scans[readings[i].i_scan];
+        const double range_m = double{scan.ranges_m[readings[i].i_beam]};
+        const bool occupied = i < n;
+        const double distance_m = occupied
+                                      ? range_m + kBeyondReturn
+                                      : random.uniform() * std::max(range_m - kShortOfReturn, 0.0);
+        points.push_back(point_along(scan, readings[i].i_beam, distance_m, occupied));
+    }
+    return points;
+}
+
+double squared_distance(gpom_point_t point, const GridBeam &beam)
+{
+    const double c = std::cos(beam.bearing_rad), s = std::sin(beam.bearing_rad);
+    const double dx_m = point.x_m - beam.x_m, dy_m = point.y_m - beam.y_m;
+    const double along_m = std::clamp(c * dx_m + s * dy_m, 0.0, beam.range_m);
+    const double off_x_m = dx_m - along_m * c, off_y_m = dy_m - along_m * s;
+    return off_x_m * off_x_m + off_y_m * off_y_m;
+}
+
+} // namespace
+
+std::vector<Scan> evenly_taken(std::vector<Scan> scans, std::size_t n)
+{
+    if (scans.size() <= n) {
+        return scans;
+    }
+    std::vector<Scan> taken;
+    for (std::size_t i = 0; i < n; ++i) {
+        taken.push_back(std::move(scans[n > 1 ? i * (scans.size() - 1) / (n - 1) : 0]));
+    }
+    return taken;
+}
+
+LogSplit split_log(const std::vector<Scan> &scans, double fraction, std::uint64_t seed)
+{
+    ProtocolRandom random(seed);
+    LogSplit split{scans, scans, {}};
+    std::vector<Reading> others;
+    std::size_t n_training = 0;
+    for (std::size_t i_scan = 0; i_scan < scans.size(); ++i_scan) {
+        const Scan &scan = scans[i_scan];
+        for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
+            const double range_m = double{scan.ranges_m[i]};
+            const bool usable = range_m > kLogRangeMin && range_m < scan.range_max_m;
+            const bool trains = usable && random.uniform() < fraction;
+            constexpr float kLeftOut = std::numeric_limits<float>::quiet_NaN();
+            if (!trains) {
+                split.training[i_scan].ranges_m[i] = kLeftOut;
+            }
+            if (trains || !usable) {
+                split.others[i_scan].ranges_m[i] = kLeftOut;
+            } else {
+                others.push_back({i_scan, i});
+            }
+            n_training += trains ? 1 : 0;
+        }
+    }
+    if (n_training == 0 || others.size() < 2) {
+        throw std::runtime_error(std::to_string(n_training) + " returns for the map and " +
+                                 std::to_string(others.size()) +
+                                 " to judge it; give more scans or another --fraction");
+    }
+    split.points = held_out_points(scans, others, random);
+    return split;
+}
+
+std::vector<TestPoint> street_points(const Truth &truth, std::size_t n, std::uint64_t seed)
+{
+    ProtocolRandom random(seed);
+    std::vector<TestPoint> points;
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto ix = static_cast<int>(random.below(static_cast<std::size_t>(truth.nx)));
+        const auto iy = static_cast<int>(random.below(static_cast<std::size_t>(truth.ny)));
+        points.push_back(
+            {{truth.x0_m + (ix + 0.5) * truth.cell_m, truth.y0_m + (iy + 0.5) * truth.cell_m},
+             truth.at(ix, iy)});
+    }
+    return points;
+}
+
+bool is_near(gpom_point_t point, const std::vector<GridBeam> &beams, double distance_m)
+{
+    return std::any_of(beams.begin(), beams.end(), [&](const GridBeam &beam) {
+        return squared_distance(point, beam) <= distance_m * distance_m;
+    });
+}
+
+} // namespace gpom_tools

@@ -1,0 +1,65 @@
+// Which readings make the map and which points judge it.
+#ifndef GPOM_TOOLS_LIB_PROTOCOL_HPP
+#define GPOM_TOOLS_LIB_PROTOCOL_HPP
+
+#include "tools/lib/occupancy_grid.hpp"
+#include "tools/lib/scan_log.hpp"
+#include "tools/lib/truth.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+namespace gpom_tools
+{
+
+constexpr std::size_t kLogScansMax = 600;       ///< As many as the paper's outdoor set has.
+constexpr std::size_t kLogPointsOfAKind = 3000; ///< Occupied ones, and as many free ones.
+constexpr double kLogRangeMin = 0.05;           ///< Shorter returns are the housing [m].
+constexpr double kBeyondReturn = 0.05;          ///< Occupied test points [m].
+constexpr double kShortOfReturn = 0.3;          ///< Free test points end here [m].
+constexpr double kNearBeam = 5.0;               ///< "Near" a beam [m].
+
+/// Uniform numbers from the raw bits of mt19937_64: the same with any standard library.
+class ProtocolRandom {
+public:
+    explicit ProtocolRandom(std::uint64_t seed) : bits_(seed) {}
+    double uniform() { return static_cast<double>(bits_() >> 11) * 0x1p-53; } ///< In [0, 1).
+    std::size_t below(std::size_t n)
+    {
+        return static_cast<std::size_t>(uniform() * static_cast<double>(n));
+    }
+
+private:
+    std::mt19937_64 bits_;
+};
+
+struct TestPoint {
+    gpom_point_t at;
+    bool occupied;
+};
+
+/// At most n scans, evenly taken, the first and the last among them.
+std::vector<Scan> evenly_taken(std::vector<Scan> scans, std::size_t n);
+
+struct LogSplit {
+    std::vector<Scan> training; ///< NaN for every beam that the map does not get.
+    std::vector<Scan> others;   ///< NaN for every beam but the returns that may become test points.
+    std::vector<TestPoint> points;
+};
+
+/// Held-out beams: each return is for training with the probability `fraction`. Half of the test
+/// points lie kBeyondReturn behind one of the other returns, half uniformly along another's beam
+/// up to kShortOfReturn before it. Throws std::runtime_error if either part is empty.
+LogSplit split_log(const std::vector<Scan> &scans, double fraction, std::uint64_t seed);
+
+/// Centres of n random cells, each cell as likely as any other.
+std::vector<TestPoint> street_points(const Truth &truth, std::size_t n, std::uint64_t seed);
+
+/// Whether a point is within distance_m of any beam, from its origin to its end.
+bool is_near(gpom_point_t point, const std::vector<GridBeam> &beams, double distance_m);
+
+} // namespace gpom_tools
+
+#endif

@@ -1,0 +1,28 @@
+#include "tools/lib/raster_csv.hpp"
+
+#include <cstdarg>
+#include <cstdio>
+
+namespace gpom_tools
+{
+void append_text(std::string &text, const char *format, ...)
+{
+    char line[512];
+    va_list values;
+    va_start(values, format);
+    std::vsnprintf(line, sizeof line, format, values);
+    va_end(values);
+    text += line;
+}
+
+std::string probabilities_csv(const std::vector<gpom_point_t> &points,
+                              const std::vector<double> &probabilities)
+{
+    std::string text = "x,y,probability\n";
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        append_text(text, "%.4f,%.4f,%.6g\n", points[i].x_m, points[i].y_m, probabilities[i]);
+    }
+    return text;
+}
+
+} // namespace gpom_tools
