@@ -53,7 +53,10 @@ MODE := $(or $(MODE_$(if $(CROSS),arm,$(CONFIG))),\
              $(error CONFIG=$(CONFIG) is unknown; use release, sanitize or debug))
 MODE += $(if $(SAN),-fsanitize=$(SAN) -fno-sanitize-recover=all)
 
-WARN := -Wall -Wextra -Wshadow -Wconversion -Werror
+# What the firmware image maps: a street, a preset and 100 points; tests ask gpom-query the same.
+STREET := build/host-release/street
+
+WARN := -Wall -Wextra -Wshadow -Wconversion -Werror -Wno-psabi
 # Same numerics for everything that may inline a core header: see STYLE on fusing.
 NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES) -DGPOM_FMA=$(FMA)
 INCLUDES  := -Iinclude -I. -isystem $(EIGEN)
@@ -63,7 +66,8 @@ CORE_FLAGS := -std=c++17 $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef
               -ffunction-sections -fdata-sections -fvisibility=hidden $(CXXFLAGS)
 HOST_FLAGS := -std=c++17 $(COMMON) -pthread $(CXXFLAGS)
 C99_FLAGS  := -std=c99 -pedantic-errors $(COMMON) $(CFLAGS)
-PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -ffunction-sections -fdata-sections $(CFLAGS)
+PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
+              -ffunction-sections -fdata-sections $(CFLAGS)
 
 # --- Sources -----------------------------------------------------------------------------------
 
@@ -100,7 +104,7 @@ test-all: $(if $(SKIP_BASE),,test-programs) build/setup/lint firmware ## Run `te
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
-lint: build/setup/lint ## Check formatting, house rules and clang-tidy
+lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
 	$(Q)python3 tools/lint.py format rules tidy
 
 format: build/setup/lint ## Format all C and C++ sources in place
@@ -189,6 +193,14 @@ $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
+
+$(STREET)/street.h: tools/street_header.py tools/params/street.toml tests/firmware/points.csv
+	$(Q)$(MAKE) CROSS= CPU= CONFIG=release build/host-release/gpom-sim
+	@mkdir -p $(@D)
+	$(Q)build/host-release/gpom-sim --seed 1 --out $(STREET)/scans.csv
+	$(Q)python3 tools/street_header.py $(STREET)/scans.csv tools/params/street.toml \
+	    tests/firmware/points.csv $@
+$(PORT_OBJ): $(STREET)/street.h
 
 LD_SCRIPT := ports/cortex_m/mps2_an500.ld
 $(BUILD)/gpom_demo.elf: $(PORT_OBJ) $(BUILD)/libgpom.a $(LD_SCRIPT)

@@ -35,10 +35,9 @@ float covariance_on_axis(const gpom_params_t &params, float x1_m, float x2_m)
         return on_axis<GPOM_KERNEL_MATERN32>(params, x1_m, x2_m);
     case GPOM_KERNEL_SE:
         return on_axis<GPOM_KERNEL_SE>(params, x1_m, x2_m);
-    case GPOM_KERNEL_ASKEY:
+    default:
         return on_axis<GPOM_KERNEL_ASKEY>(params, x1_m, x2_m);
     }
-    return 0.0f;
 }
 
 } // namespace gpom

@@ -22,7 +22,7 @@ struct KernelConstants {
 KernelConstants kernel_constants(const gpom_params_t &params);
 
 template <class F> struct Feature {
-    F a, b, c;
+    F a, b, c, d;
 };
 
 template <gpom_kernel_t K, class F>
@@ -30,14 +30,25 @@ inline Feature<F> feature(const KernelConstants &constants, F x_m, F y_m)
 {
     const F x = constants.weight * x_m;
     const F y = constants.weight * y_m;
+    const F zero = lane::splat<F>(0.0f);
     if constexpr (K == GPOM_KERNEL_NN) {
-        const F norm2 = lane::fma(x, x, lane::fma(y, y, lane::splat<F>(
-                                                           1.0f + constants.bias * constants.bias)));
-        const F scale = 1.0f / lane::sqrt(norm2);
-        return {constants.bias * scale, x * scale, y * scale};
+        const F bias2 = lane::splat<F>(1.0f + constants.bias * constants.bias);
+        const F scale = 1.0f / lane::sqrt(lane::fma(x, x, lane::fma(y, y, bias2)));
+        return {constants.bias * scale, x * scale, y * scale, 0.5f * (scale * scale)};
     } else {
-        return {x, y, lane::splat<F>(0.0f)};
+        return {x, y, zero, zero};
     }
+}
+
+/// 1 - h . h' of two features of eq. 4 without cancellation: |h|^2 = 1 - 2 d, so that it is
+/// |h - h'|^2 / 2 + d + d'.
+template <class F> inline F complement_of(const Feature<F> &p, const Feature<F> &q)
+{
+    const F da = p.a - q.a;
+    const F db = p.b - q.b;
+    const F dc = p.c - q.c;
+    const F distance2 = lane::fma(da, da, lane::fma(db, db, F(dc * dc)));
+    return lane::fma(lane::splat<F>(0.5f), distance2, F(p.d + q.d));
 }
 
 /// k(x, x') from two features.
@@ -45,7 +56,7 @@ template <gpom_kernel_t K, class F>
 inline F covariance(const KernelConstants &constants, const Feature<F> &p, const Feature<F> &q)
 {
     if constexpr (K == GPOM_KERNEL_NN) {
-        return constants.sf2 * asin(lane::fma(p.a, q.a, lane::fma(p.b, q.b, F(p.c * q.c))));
+        return constants.sf2 * asin_of_complement(complement_of(p, q));
     } else {
         const F dx = p.a - q.a;
         const F dy = p.b - q.b;
@@ -61,6 +72,17 @@ inline F covariance(const KernelConstants &constants, const Feature<F> &p, const
             const F u = lane::max(F(1.0f - lane::sqrt(r2)), lane::splat<F>(0.0f));
             return constants.sf2 * u * u * u;
         }
+    }
+}
+
+/// k(x, x) from its feature.
+template <gpom_kernel_t K, class F>
+inline F variance(const KernelConstants &constants, const Feature<F> &p)
+{
+    if constexpr (K == GPOM_KERNEL_NN) {
+        return covariance<K>(constants, p, p);
+    } else {
+        return lane::splat<F>(constants.sf2);
     }
 }
 

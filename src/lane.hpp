@@ -44,7 +44,7 @@ template <class F> inline F splat(float value)
     if constexpr (width<F> == 1) {
         return value;
     } else {
-        return F{} + value;
+        return value - F{}; // not a sum, which would lose the sign of -0
     }
 }
 
@@ -80,11 +80,11 @@ template <class V, class T> inline void set(V &lanes, int i, T value)
 /// mask ? a : b, lane by lane.
 template <class M, class V> inline V select(M mask, V a, V b) { return mask ? a : b; }
 
-/// True if the mask holds in any lane.
+/// True if the mask holds in any lane. A scalar mask is a bool, or an int once combined.
 template <class M> inline bool any(M mask)
 {
-    if constexpr (sizeof(M) == 1) {
-        return mask;
+    if constexpr (sizeof(M) <= sizeof(int)) {
+        return mask != 0;
     } else {
         int32_t bits = 0;
         for (int i = 0; i < static_cast<int>(sizeof(M) / sizeof(int32_t)); ++i) {

@@ -59,14 +59,14 @@ inline Moments<F> predict(const KernelConstants &constants, const Neighbourhood<
     work.factor.bad = lane::splat<F>(0.0f);
     const size_t n = points.n_hits + points.n_free;
     for (size_t i = 0; i < n; ++i) {
-        const Feature<F> here = feature<K>(constants, F(points.x_m[i] + frame_x_m),
-                                           F(points.y_m[i] + frame_y_m));
+        const Feature<F> here =
+            feature<K>(constants, F(points.x_m[i] + frame_x_m), F(points.y_m[i] + frame_y_m));
         work.features[i] = here;
         F *const row = work.factor.l + tri(i);
         for (size_t j = 0; j < i; ++j) {
             row[j] = covariance<K>(constants, here, work.features[j]);
         }
-        row[i] = covariance<K>(constants, here, here) + points.noise[i];
+        row[i] = variance<K>(constants, here) + points.noise[i];
         factor_row(work.factor, i);
         const F label = lane::splat<F>(i < points.n_hits ? 1.0f : -1.0f);
         work.v[i] = forward(work.factor, i, covariance<K>(constants, query, here), work.v);
@@ -74,7 +74,7 @@ inline Moments<F> predict(const KernelConstants &constants, const Neighbourhood<
         mean = lane::fma(work.v[i], work.u[i], mean);
         explained = lane::fma(work.v[i], work.v[i], explained);
     }
-    const F prior = covariance<K>(constants, query, query);
+    const F prior = variance<K>(constants, query);
     const F zero = lane::splat<F>(0.0f);
     const auto good = work.factor.bad == zero;
     return {lane::select(good, mean, zero),

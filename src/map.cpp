@@ -22,7 +22,7 @@ namespace
 bool is_valid_capacity(uint32_t beam_max)
 {
     return beam_max >= 1 && beam_max <= GPOM_BEAM_MAX &&
-           beam_max <= (SIZE_MAX - 1024) / 96; // on 32 bits GPOM_MAP_BYTES may not wrap
+           beam_max <= (SIZE_MAX - 1024) / 56; // on 32 bits GPOM_MAP_BYTES may not wrap
 }
 
 bool is_finite(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
@@ -46,11 +46,10 @@ void carve_arrays(gpom_map &map, const gpom::MapLayout &layout)
 {
     void *const mem = &map;
     map.beams = gpom::carve<gpom::Beam>(mem, layout.beams);
-    map.order = gpom::carve<uint32_t>(mem, layout.order);
-    map.hits = {gpom::carve<gpom::Box>(mem, layout.hit_boxes),
-                gpom::carve<gpom::HitLeaf>(mem, layout.hit_leaves), 0};
-    map.segments = {gpom::carve<gpom::Box>(mem, layout.segment_boxes),
-                    gpom::carve<gpom::SegmentLeaf>(mem, layout.segment_leaves), 0};
+    map.hit_tree = {map.beams, gpom::carve<gpom::Box>(mem, layout.hit_boxes),
+                    gpom::carve<uint32_t>(mem, layout.hit_slots), 0};
+    map.free_tree = {map.beams, gpom::carve<gpom::Box>(mem, layout.free_boxes),
+                     gpom::carve<uint32_t>(mem, layout.free_slots), 0};
 }
 
 } // namespace
@@ -84,6 +83,7 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     made.kernel = gpom::kernel_constants(config->params);
     made.prior_variance = gpom_params_prior_variance(&config->params);
     made.prior_probability = gpom_params_prior_probability(&config->params);
+    made.free_part = {config->params.gap_m};
     carve_arrays(made, layout);
     made.magic = gpom::kMapMagic;
     *map = &made;
@@ -97,8 +97,8 @@ gpom_status_t gpom_map_clear(gpom_map_t *map)
     }
     map->n_beams = 0;
     map->n_indexed = 0;
-    map->hits.n_items = 0;
-    map->segments.n_items = 0;
+    map->hit_tree.n_items = 0;
+    map->free_tree.n_items = 0;
     return GPOM_OK;
 }
 
@@ -107,19 +107,16 @@ gpom_status_t gpom_map_build(gpom_map_t *map)
     if (!gpom::is_map(map)) {
         return GPOM_ERR_ARG;
     }
-    gpom::BuildInput input = {map->beams, map->config.params.gap_m, map->order, 0,
-                              map->build_stack};
-    for (uint32_t i = 0; i < map->n_beams; ++i) {
-        if (map->beams[i].is_hit != 0) {
-            map->order[input.n_order++] = i;
+    map->hit_tree.n_items = 0;
+    for (uint32_t slot = 0; slot < map->n_beams; ++slot) {
+        map->free_tree.slots[slot] = slot;
+        if (map->beams[slot].is_hit != 0) {
+            map->hit_tree.slots[map->hit_tree.n_items++] = slot;
         }
     }
-    gpom::build_hit_tree(map->hits, input);
-    for (uint32_t i = 0; i < map->n_beams; ++i) {
-        map->order[i] = i;
-    }
-    input.n_order = map->n_beams;
-    gpom::build_segment_tree(map->segments, input);
+    map->free_tree.n_items = map->n_beams;
+    gpom::build_hit_tree(map->hit_tree, map->hit_part, map->build_stack);
+    gpom::build_free_tree(map->free_tree, map->free_part, map->build_stack);
     map->n_indexed = map->n_beams;
     return GPOM_OK;
 }

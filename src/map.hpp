@@ -22,9 +22,10 @@ struct gpom_map {
     float prior_variance;    ///< k(x*, x*), at the origin in the map frame.
     float prior_probability; ///< p far from all beams.
     gpom::Beam *beams;       ///< beam_max.
-    uint32_t *order;         ///< beam_max: the trees' build sorts beam indices here.
-    gpom::HitTree hits;
-    gpom::SegmentTree segments;
+    gpom::HitPart hit_part;
+    gpom::FreePart free_part;
+    gpom::KdTree hit_tree;
+    gpom::KdTree free_tree;
     gpom::Subtree build_stack[gpom::kDepthMax];
 };
 
@@ -36,21 +37,20 @@ constexpr uint32_t kMapMagic = 0x6d6f7067; // "gpom"
 /// Byte offsets of everything a map owns. The one place that knows the layout: gpom_map_init()
 /// carves with it, gpom_map_bytes() reports it, GPOM_MAP_BYTES is checked against it.
 struct MapLayout {
-    size_t beams, order, hit_boxes, hit_leaves, segment_boxes, segment_leaves, total;
+    size_t beams, hit_boxes, hit_slots, free_boxes, free_slots, total;
 };
 
 constexpr MapLayout map_layout(uint32_t beam_max)
 {
-    const size_t n_boxes = node_count(beam_max);
-    const size_t n_leaves = leaf_count(beam_max);
+    const size_t boxes_bytes = align8(node_count(beam_max) * sizeof(Box));
+    const size_t slots_bytes = align8(beam_max * sizeof(uint32_t));
     const size_t beams = align8(sizeof(gpom_map));
-    const size_t order = beams + align8(beam_max * sizeof(Beam));
-    const size_t hit_boxes = order + align8(beam_max * sizeof(uint32_t));
-    const size_t hit_leaves = hit_boxes + align8(n_boxes * sizeof(Box));
-    const size_t segment_boxes = hit_leaves + align8(n_leaves * sizeof(HitLeaf));
-    const size_t segment_leaves = segment_boxes + align8(n_boxes * sizeof(Box));
-    const size_t total = segment_leaves + align8(n_leaves * sizeof(SegmentLeaf));
-    return {beams, order, hit_boxes, hit_leaves, segment_boxes, segment_leaves, total};
+    const size_t hit_boxes = beams + align8(beam_max * sizeof(Beam));
+    const size_t hit_slots = hit_boxes + boxes_bytes;
+    const size_t free_boxes = hit_slots + slots_bytes;
+    const size_t free_slots = free_boxes + boxes_bytes;
+    const size_t total = free_slots + slots_bytes;
+    return {beams, hit_boxes, hit_slots, free_boxes, free_slots, total};
 }
 
 static_assert(map_layout(1).total <= GPOM_MAP_BYTES(1), "public macro too small");
@@ -58,7 +58,8 @@ static_assert(map_layout(9).total <= GPOM_MAP_BYTES(9), "public macro too small"
 static_assert(map_layout(476).total <= GPOM_MAP_BYTES(476), "public macro too small");
 static_assert(map_layout(GPOM_BEAM_MAX).total <= GPOM_MAP_BYTES(GPOM_BEAM_MAX),
               "public macro too small");
-static_assert(leaf_count(GPOM_BEAM_MAX) <= (1u << (kDepthMax - 2)), "the walk's stack is too short");
+static_assert(leaf_count(GPOM_BEAM_MAX) <= (1u << (kDepthMax - 2)),
+              "the walk's stack is too short");
 
 inline bool is_map(const gpom_map *map) { return map != nullptr && map->magic == kMapMagic; }
 

@@ -11,15 +11,16 @@
 namespace gpom
 {
 
-/// Squared distance of nothing: beyond it no item counts.
+/// Squared distance and id of nothing: any beam ranks before it.
 constexpr float kNoDistance2 = 1e29f;
+constexpr int32_t kNoId = INT32_MAX;
 
 /// The best k so far of each lane, ascending. Arrays of k lanes in scratch memory.
 template <class F> struct NearestK {
     using I = lane::IntOf<F>;
     F *d2;
     I *id;
-    I *place; ///< Where the item stands: see Places.
+    I *slot; ///< Its beam's index in the store, or -1.
     uint32_t k;
 
     void clear()
@@ -27,61 +28,60 @@ template <class F> struct NearestK {
         for (uint32_t j = 0; j < k; ++j) {
             d2[j] = lane::splat<F>(kNoDistance2);
             id[j] = lane::splat_int<I>(kNoId);
-            place[j] = lane::splat_int<I>(-1);
+            slot[j] = lane::splat_int<I>(-1);
         }
     }
 
-    /// Insert an item where it ranks; what ranked last is gone.
-    void offer(F item_d2, int32_t item_id, int32_t item_place)
+    /// Insert an item where it ranks, from the back: entries behind it move up, the last is gone.
+    void offer(F item_d2, int32_t item_id, int32_t item_slot)
     {
-        I new_id = lane::splat_int<I>(item_id);
-        I new_place = lane::splat_int<I>(item_place);
-        for (uint32_t j = 0; j < k; ++j) {
-            const auto before = (item_d2 < d2[j]) | ((item_d2 == d2[j]) & (new_id < id[j]));
-            const F kept_d2 = d2[j];
-            const I kept_id = id[j];
-            const I kept_place = place[j];
-            d2[j] = lane::select(before, item_d2, kept_d2);
-            id[j] = lane::select(before, new_id, kept_id);
-            place[j] = lane::select(before, new_place, kept_place);
-            item_d2 = lane::select(before, kept_d2, item_d2);
-            new_id = lane::select(before, kept_id, new_id);
-            new_place = lane::select(before, kept_place, new_place);
+        const I new_id = lane::splat_int<I>(item_id);
+        const I new_slot = lane::splat_int<I>(item_slot);
+        auto beats = ranks_before(item_d2, new_id, k - 1);
+        for (uint32_t j = k - 1; j > 0; --j) {
+            const auto beats_next = ranks_before(item_d2, new_id, j - 1);
+            d2[j] = lane::select(beats_next, d2[j - 1], lane::select(beats, item_d2, d2[j]));
+            id[j] = lane::select(beats_next, id[j - 1], lane::select(beats, new_id, id[j]));
+            slot[j] = lane::select(beats_next, slot[j - 1], lane::select(beats, new_slot, slot[j]));
+            if (!lane::any(beats_next)) {
+                return;
+            }
+            beats = beats_next;
         }
+        d2[0] = lane::select(beats, item_d2, d2[0]);
+        id[0] = lane::select(beats, new_id, id[0]);
+        slot[0] = lane::select(beats, new_slot, slot[0]);
+    }
+
+    auto ranks_before(F item_d2, I item_id, uint32_t j) const
+    {
+        return (item_d2 < d2[j]) | ((item_d2 == d2[j]) & (item_id < id[j]));
     }
 
     F worst() const { return d2[k - 1]; }
 };
 
-/// Vectors from the queries to an item's closest point.
+/// Vectors from the queries to a point.
 template <class F> struct Offset {
     F x_m, y_m;
 
     F distance2() const { return lane::fma(x_m, x_m, F(y_m * y_m)); }
 };
 
-template <class F> inline Offset<F> to_hit(F x_m, F y_m, F hit_x_m, F hit_y_m)
-{
-    return {hit_x_m - x_m, hit_y_m - y_m};
-}
-
-/// Eq. 10: the foot of the perpendicular on the beam, kept on the segment.
+/// The same segment, or each lane's own.
 template <class F> struct SegmentLanes {
     F x_m, y_m, dir_x, dir_y, length_m;
 };
 
-template <class F> inline Offset<F> to_segment(F x_m, F y_m, const SegmentLanes<F> &s)
+/// From the queries `at` to the closest point of a segment (eq. 10): the foot of the perpendicular,
+/// kept on the segment.
+template <class F> inline Offset<F> to_segment(const Offset<F> &at, const SegmentLanes<F> &s)
 {
-    const F from_x = s.x_m - x_m;
-    const F from_y = s.y_m - y_m;
+    const F from_x = s.x_m - at.x_m;
+    const F from_y = s.y_m - at.y_m;
     const F along = -lane::fma(from_x, s.dir_x, F(from_y * s.dir_y));
     const F t = lane::min(lane::max(along, lane::splat<F>(0.0f)), s.length_m);
     return {lane::fma(t, s.dir_x, from_x), lane::fma(t, s.dir_y, from_y)};
-}
-
-template <class F> inline Offset<F> to_item(F x_m, F y_m, const HitLeaf &leaf, uint32_t i)
-{
-    return to_hit(x_m, y_m, lane::splat<F>(leaf.x_m[i]), lane::splat<F>(leaf.y_m[i]));
 }
 
 template <class F> inline SegmentLanes<F> splat(const Segment &s)
@@ -90,11 +90,26 @@ template <class F> inline SegmentLanes<F> splat(const Segment &s)
             lane::splat<F>(s.dir_y), lane::splat<F>(s.length_m)};
 }
 
-template <class F> inline Offset<F> to_item(F x_m, F y_m, const SegmentLeaf &leaf, uint32_t i)
+template <class F> inline void set_segment(SegmentLanes<F> &lanes, int i, const Segment &s)
 {
-    return to_segment(x_m, y_m,
-                      splat<F>({leaf.x_m[i], leaf.y_m[i], leaf.dir_x[i], leaf.dir_y[i],
-                                leaf.length_m[i]}));
+    lane::set(lanes.x_m, i, s.x_m);
+    lane::set(lanes.y_m, i, s.y_m);
+    lane::set(lanes.dir_x, i, s.dir_x);
+    lane::set(lanes.dir_y, i, s.dir_y);
+    lane::set(lanes.length_m, i, s.length_m);
+}
+
+/// Squared distances from the queries to one part of a beam.
+template <class F> inline F distance2(const Offset<F> &at, const FreePart &part, const Beam &beam)
+{
+    return to_segment(at, splat<F>(part(beam))).distance2();
+}
+
+/// The same number as above for a segment of no length, with fewer operations.
+template <class F> inline F distance2(const Offset<F> &at, const HitPart &part, const Beam &beam)
+{
+    const Segment hit = part(beam);
+    return Offset<F>{hit.x_m - at.x_m, hit.y_m - at.y_m}.distance2();
 }
 
 /// Squared distance to a box, shortened by more than float rounding so that it never exceeds the
@@ -107,23 +122,26 @@ template <class F> inline F box_distance2(const Box &box, F x_m, F y_m)
     return 0.999999f * lane::fma(dx, dx, F(dy * dy));
 }
 
-/// Offer every item of a leaf that at least one lane wants.
-template <class F, class Leaf>
-inline void offer_leaf(NearestK<F> &nearest, const Leaf &leaf, int32_t first_place, Offset<F> at)
+/// Offer one part of a beam, if at least one lane wants it.
+template <class F, class Part>
+inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
+                       const Beam *beams, uint32_t slot)
 {
-    for (uint32_t i = 0; i < kLeafSize; ++i) {
-        const F d2 = to_item(at.x_m, at.y_m, leaf, i).distance2();
-        if (lane::any(d2 <= nearest.worst())) {
-            nearest.offer(d2, leaf.id[i], first_place + static_cast<int32_t>(i));
-        }
+    const Beam &beam = beams[slot];
+    const F d2 = distance2(at, part, beam);
+    if (lane::any(d2 <= nearest.worst())) {
+        nearest.offer(d2, static_cast<int32_t>(beam.id), static_cast<int32_t>(slot));
     }
 }
 
-/// Offer the items of a tree: one walk for all lanes, nearer child of the packet's first query
-/// first, skipping boxes that no lane needs. `stack` has kDepthMax entries; `at` are the queries.
-/// At most every node and leaf is visited once.
-template <class F, class Leaf>
-void search_tree(NearestK<F> &nearest, const KdTree<Leaf> &tree, Offset<F> at, Subtree *stack)
+/// Offer the beams of a tree: one walk for all lanes, the child nearer to the packet's first query
+/// first, skipping boxes that no lane needs. At most every node and leaf is visited once.
+///
+/// at     the queries, relative to the map's origin.
+/// stack  kDepthMax entries.
+template <class F, class Part>
+void search_tree(NearestK<F> &nearest, const Offset<F> &at, const Part &part, const KdTree &tree,
+                 Subtree *stack)
 {
     const float x_m = lane::get(at.x_m, 0);
     const float y_m = lane::get(at.y_m, 0);
@@ -137,8 +155,10 @@ void search_tree(NearestK<F> &nearest, const KdTree<Leaf> &tree, Offset<F> at, S
             continue;
         }
         if (t.n_leaves == 1) {
-            offer_leaf(nearest, tree.leaves[t.first_leaf],
-                       static_cast<int32_t>(t.first_leaf * kLeafSize), at);
+            const Stretch slots = slots_of(tree, t);
+            for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
+                offer_beam(nearest, at, part, tree.beams, tree.slots[i]);
+            }
             continue;
         }
         const Subtree left = left_of(t);

@@ -3,8 +3,6 @@
 #include "src/classify.hpp"
 #include "src/kernel.hpp"
 
-#include <float.h>
-
 void gpom_params_init(gpom_params_t *params)
 {
     if (params == nullptr) {
@@ -33,9 +31,11 @@ namespace
 {
 
 // Written so that a NaN fails.
-bool is_positive(float x) { return x > 0.0f && x <= FLT_MAX; }
-bool is_not_negative(float x) { return x >= 0.0f && x <= FLT_MAX; }
-bool is_finite(float x) { return x >= -FLT_MAX && x <= FLT_MAX; }
+bool is_within(float x, float low, float high) { return x >= low && x <= high; }
+
+/// Values that no float32 product of a few of them can overflow.
+constexpr float kMost = 1e6f;
+bool is_scale(float x) { return is_within(x, 1.0f / kMost, kMost); }
 
 /// Least noise, as a share of sf2, that keeps a 64 x 64 matrix factorable in float32.
 float noise_floor(const gpom_params_t &p)
@@ -52,38 +52,32 @@ const char *problem_of_kernel(const gpom_params_t &p)
     if (p.frame != GPOM_FRAME_QUERY && p.frame != GPOM_FRAME_MAP) {
         return "frame: not one of query, map";
     }
-    if (!is_positive(p.sf2)) {
-        return "sf2: must be positive and finite";
+    if (!is_scale(p.sf2)) {
+        return "sf2: must be from 1e-6 to 1e6";
     }
     if (p.kernel == GPOM_KERNEL_NN) {
-        if (!is_positive(p.s0)) {
-            return "s0: must be positive and finite";
+        if (!is_scale(p.s0)) {
+            return "s0: must be from 1e-6 to 1e6";
         }
-        if (!is_positive(p.s1)) {
-            return "s1: must be positive and finite";
+        if (!is_scale(p.s1)) {
+            return "s1: must be from 1e-6 to 1e6";
         }
-    } else if (!is_positive(p.ell_m)) {
-        return "ell_m: must be positive and finite";
+    } else if (!is_scale(p.ell_m)) {
+        return "ell_m: must be from 1e-6 to 1e6";
     }
     return nullptr;
 }
 
 const char *problem_of_noise(const gpom_params_t &p)
 {
-    if (!is_positive(p.sn2)) {
-        return "sn2: must be positive and finite";
+    if (!is_within(p.sn2, noise_floor(p), kMost)) {
+        return "sn2: must be at least 1e-3 sf2 for nn and se, else 1e-6 sf2, and at most 1e6";
     }
-    if (!is_positive(p.sn2_free)) {
-        return "sn2_free: must be positive and finite";
+    if (!is_within(p.sn2_free, noise_floor(p), kMost)) {
+        return "sn2_free: must be at least 1e-3 sf2 for nn and se, else 1e-6 sf2, and at most 1e6";
     }
-    if (p.sn2 < noise_floor(p)) {
-        return "sn2: too small for float32, at least 1e-3 sf2 for nn and se, else 1e-6 sf2";
-    }
-    if (p.sn2_free < noise_floor(p)) {
-        return "sn2_free: too small for float32, at least 1e-3 sf2 for nn and se, else 1e-6 sf2";
-    }
-    if (!is_not_negative(p.gap_m)) {
-        return "gap_m: must be finite and not negative";
+    if (!is_within(p.gap_m, 0.0f, kMost)) {
+        return "gap_m: must be from 0 to 1e6";
     }
     return nullptr;
 }
@@ -104,11 +98,11 @@ const char *problem_of_neighbours(const gpom_params_t &p)
 
 const char *problem_of_sigmoid(const gpom_params_t &p)
 {
-    if (!is_positive(p.alpha)) {
-        return "alpha: must be positive and finite";
+    if (!is_scale(p.alpha)) {
+        return "alpha: must be from 1e-6 to 1e6";
     }
-    if (!is_finite(p.beta)) {
-        return "beta: must be finite";
+    if (!is_within(p.beta, -kMost, kMost)) {
+        return "beta: must be from -1e6 to 1e6";
     }
     if (!(p.p_free > 0.0f && p.p_free < p.p_occupied && p.p_occupied < 1.0f)) {
         return "p_free, p_occupied: must satisfy 0 < p_free < p_occupied < 1";
@@ -123,9 +117,8 @@ const char *problem_of_sigmoid(const gpom_params_t &p)
 
 const char *problem_of(const gpom_params_t &p)
 {
-    const char *(*const checks[])(const gpom_params_t &) = {problem_of_kernel, problem_of_noise,
-                                                            problem_of_neighbours,
-                                                            problem_of_sigmoid};
+    const char *(*const checks[])(const gpom_params_t &) = {
+        problem_of_kernel, problem_of_noise, problem_of_neighbours, problem_of_sigmoid};
     for (const auto check : checks) {
         const char *const problem = check(p);
         if (problem != nullptr) {

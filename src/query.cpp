@@ -15,14 +15,15 @@ namespace
 constexpr int kLanes = GPOM_LANES;
 using F = lane::Lane<kLanes>::F;
 using I = lane::Lane<kLanes>::I;
-static_assert(kLanes <= static_cast<int>(GPOM_LANES_MAX), "more lanes than GPOM_SCRATCH_BYTES knows");
+static_assert(kLanes <= static_cast<int>(GPOM_LANES_MAX),
+              "more lanes than GPOM_SCRATCH_BYTES knows");
 
 /// Up to kLanes queries computed together. Unused lanes repeat the first query.
 struct Packet {
-    F x_m, y_m;                 ///< Relative to the map's origin.
-    I out_of_reach;             ///< 1: the point was refused; its lane computes the origin instead.
-    size_t i_answer[kLanes];    ///< Where the answers go.
-    int n;                      ///< Queries in the packet.
+    F x_m, y_m;              ///< Relative to the map's origin.
+    I out_of_reach;          ///< 1: the point was refused; its lane computes the origin instead.
+    size_t i_answer[kLanes]; ///< Where the answers go.
+    int n;                   ///< Queries in the packet.
 };
 
 /// Everything one call works with, carved from the caller's scratch.
@@ -41,7 +42,7 @@ struct ScratchLayout {
 
 constexpr ScratchLayout scratch_layout(size_t n)
 {
-    const size_t nearest = 0; // d2, id and place
+    const size_t nearest = 0; // d2, id and slot
     const size_t points = nearest + 3 * n * sizeof(F);
     const size_t features = points + 3 * n * sizeof(F);
     const size_t vectors = features + n * sizeof(Feature<F>); // u, v and 1 / diagonal
@@ -78,8 +79,8 @@ Workspace carve_workspace(const gpom_map &map, void *scratch)
     const size_t n = neighbour_count(map);
     const uint32_t n_hits = map.config.params.n_hits;
     const ScratchLayout layout = scratch_layout(n);
-    void *const mem = reinterpret_cast<void *>(
-        align_up(reinterpret_cast<uintptr_t>(scratch), sizeof(F)));
+    void *const mem =
+        reinterpret_cast<void *>(align_up(reinterpret_cast<uintptr_t>(scratch), sizeof(F)));
     F *const xyn = carve<F>(mem, layout.points);
     F *const uvd = carve<F>(mem, layout.vectors);
     Workspace work = {};
@@ -88,122 +89,55 @@ Workspace carve_workspace(const gpom_map &map, void *scratch)
     work.hits = carve_nearest(mem, n, 0, n_hits);
     work.free = carve_nearest(mem, n, n_hits, map.config.params.n_free);
     work.points = {xyn, xyn + n, xyn + 2 * n, n_hits, map.config.params.n_free};
-    work.gp = {carve<Feature<F>>(mem, layout.features), uvd, uvd + n,
+    work.gp = {carve<Feature<F>>(mem, layout.features),
+               uvd,
+               uvd + n,
                {carve<F>(mem, layout.factor), uvd + 2 * n, F{}}};
     return work;
 }
 
-// Places (NearestK::place): below the tree's capacity a leaf's, above it a recent beam's index.
-
-int32_t tree_places(uint32_t n_items) { return static_cast<int32_t>(leaf_count(n_items) * kLeafSize); }
-
+/// Look at the beams that are not in the trees yet, one by one.
 void search_recent(const gpom_map &map, Workspace &work, const Offset<F> &at)
 {
-    const int32_t first_hit = tree_places(map.hits.n_items);
-    const int32_t first_segment = tree_places(map.segments.n_items);
-    for (uint32_t i = map.n_indexed; i < map.n_beams; ++i) {
-        const Beam &beam = map.beams[i];
-        const int32_t id = static_cast<int32_t>(beam.id);
-        const Segment segment = free_segment_of(beam, map.config.params.gap_m);
-        const F free_d2 = to_segment(at.x_m, at.y_m, splat<F>(segment)).distance2();
-        work.free.offer(free_d2, id, first_segment + static_cast<int32_t>(i));
-        if (beam.is_hit != 0) {
-            const Point hit = hit_of(beam);
-            const F hit_d2 = to_hit(at.x_m, at.y_m, lane::splat<F>(hit.x_m),
-                                    lane::splat<F>(hit.y_m)).distance2();
-            work.hits.offer(hit_d2, id, first_hit + static_cast<int32_t>(i));
+    for (uint32_t slot = map.n_indexed; slot < map.n_beams; ++slot) {
+        offer_beam(work.free, at, map.free_part, map.beams, slot);
+        if (map.beams[slot].is_hit != 0) {
+            offer_beam(work.hits, at, map.hit_part, map.beams, slot);
         }
     }
 }
 
-/// A hit and its excess noise, or nothing.
-struct HitAt {
-    Point hit;
-    float excess;
+/// Where the neighbours that gather() brings go, and what kind they are.
+struct GatherTo {
+    size_t first; ///< Place of the nearest in the neighbourhood.
+    float sn2;    ///< Noise variance of a known one.
 };
 
-HitAt hit_at(const gpom_map &map, int32_t place)
-{
-    const int32_t n_places = tree_places(map.hits.n_items);
-    if (place < n_places) {
-        const HitLeaf &leaf = map.hits.leaves[static_cast<uint32_t>(place) / kLeafSize];
-        const uint32_t i = static_cast<uint32_t>(place) % kLeafSize;
-        return {{leaf.x_m[i], leaf.y_m[i]}, leaf.excess[i]};
-    }
-    const Beam &beam = map.beams[place - n_places];
-    return {hit_of(beam), beam.excess};
-}
-
-struct SegmentAt {
-    Segment segment;
-    float excess;
-};
-
-SegmentAt segment_at(const gpom_map &map, int32_t place)
-{
-    const int32_t n_places = tree_places(map.segments.n_items);
-    if (place < n_places) {
-        const SegmentLeaf &leaf = map.segments.leaves[static_cast<uint32_t>(place) / kLeafSize];
-        const uint32_t i = static_cast<uint32_t>(place) % kLeafSize;
-        return {{leaf.x_m[i], leaf.y_m[i], leaf.dir_x[i], leaf.dir_y[i], leaf.length_m[i]},
-                leaf.excess[i]};
-    }
-    const Beam &beam = map.beams[place - n_places];
-    return {free_segment_of(beam, map.config.params.gap_m), beam.excess};
-}
-
-/// Noise of the j-th neighbour: its own, or that of a point that is not there.
-F noise_lanes(const gpom_map &map, float sn2, I place, F excess)
-{
-    const F own = noise_of(sn2, map.prior_variance, excess);
-    return lane::select(place >= 0, own, lane::splat<F>(kAbsentNoise));
-}
-
-/// Bring the j-th nearest hits of all lanes into the neighbourhood.
-void gather_hit(const gpom_map &map, Workspace &work, uint32_t j)
-{
-    F x_m = work.packet->x_m;
-    F y_m = work.packet->y_m;
-    F excess = lane::splat<F>(0.0f);
-    for (int i = 0; i < kLanes; ++i) {
-        const int32_t place = lane::get(work.hits.place[j], i);
-        if (place >= 0) {
-            const HitAt at = hit_at(map, place);
-            lane::set(x_m, i, at.hit.x_m);
-            lane::set(y_m, i, at.hit.y_m);
-            lane::set(excess, i, at.excess);
-        }
-    }
-    const Offset<F> offset = to_hit(work.packet->x_m, work.packet->y_m, x_m, y_m);
-    work.points.x_m[j] = offset.x_m;
-    work.points.y_m[j] = offset.y_m;
-    work.points.noise[j] = noise_lanes(map, map.config.params.sn2, work.hits.place[j], excess);
-}
-
-/// Bring the j-th nearest free points of all lanes into the neighbourhood, behind the hits.
-void gather_free(const gpom_map &map, Workspace &work, uint32_t j)
+/// Bring what a search found into the neighbourhood: each lane's own beams, as points relative to
+/// its query, with their noise; a neighbour that was not found is absent.
+template <class Part>
+void gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
+            const GatherTo &to)
 {
     const F zero = lane::splat<F>(0.0f);
-    SegmentLanes<F> s = {work.packet->x_m, work.packet->y_m, zero, zero, zero};
-    F excess = zero;
-    for (int i = 0; i < kLanes; ++i) {
-        const int32_t place = lane::get(work.free.place[j], i);
-        if (place >= 0) {
-            const SegmentAt at = segment_at(map, place);
-            lane::set(s.x_m, i, at.segment.x_m);
-            lane::set(s.y_m, i, at.segment.y_m);
-            lane::set(s.dir_x, i, at.segment.dir_x);
-            lane::set(s.dir_y, i, at.segment.dir_y);
-            lane::set(s.length_m, i, at.segment.length_m);
-            lane::set(excess, i, at.excess);
+    const Offset<F> at = {work.packet->x_m, work.packet->y_m};
+    for (uint32_t j = 0; j < nearest.k; ++j) {
+        SegmentLanes<F> lanes = {at.x_m, at.y_m, zero, zero, zero};
+        F excess = zero;
+        for (int i = 0; i < kLanes; ++i) {
+            const int32_t slot = lane::get(nearest.slot[j], i);
+            if (slot >= 0) {
+                set_segment(lanes, i, part(map.beams[slot]));
+                lane::set(excess, i, map.beams[slot].excess);
+            }
         }
+        const Offset<F> point = to_segment(at, lanes);
+        const F own_noise = noise_of(to.sn2, map.prior_variance, excess);
+        work.points.x_m[to.first + j] = point.x_m;
+        work.points.y_m[to.first + j] = point.y_m;
+        work.points.noise[to.first + j] =
+            lane::select(nearest.slot[j] >= 0, own_noise, lane::splat<F>(kAbsentNoise));
     }
-    const size_t to = work.points.n_hits + j;
-    const Offset<F> offset = to_segment(work.packet->x_m, work.packet->y_m, s);
-    work.points.x_m[to] = offset.x_m;
-    work.points.y_m[to] = offset.y_m;
-    work.points.noise[to] =
-        noise_lanes(map, map.config.params.sn2_free, work.free.place[j], excess);
 }
 
 void find_neighbours(const gpom_map &map, Workspace &work)
@@ -211,15 +145,11 @@ void find_neighbours(const gpom_map &map, Workspace &work)
     const Offset<F> at = {work.packet->x_m, work.packet->y_m};
     work.hits.clear();
     work.free.clear();
-    search_tree(work.hits, map.hits, at, work.stack);
-    search_tree(work.free, map.segments, at, work.stack);
+    search_tree(work.hits, at, map.hit_part, map.hit_tree, work.stack);
+    search_tree(work.free, at, map.free_part, map.free_tree, work.stack);
     search_recent(map, work, at);
-    for (uint32_t j = 0; j < work.hits.k; ++j) {
-        gather_hit(map, work, j);
-    }
-    for (uint32_t j = 0; j < work.free.k; ++j) {
-        gather_free(map, work, j);
-    }
+    gather(map, work, work.hits, map.hit_part, {0, map.config.params.sn2});
+    gather(map, work, work.free, map.free_part, {work.hits.k, map.config.params.sn2_free});
     const Neighbourhood<F> &p = work.points;
     merge_equal(p.x_m, p.y_m, p.noise, p.n_hits);
     merge_equal(p.x_m + p.n_hits, p.y_m + p.n_hits, p.noise + p.n_hits, p.n_free);
@@ -229,7 +159,7 @@ uint8_t count_found(const NearestK<F> &nearest, int i_lane)
 {
     uint8_t n = 0;
     for (uint32_t j = 0; j < nearest.k; ++j) {
-        n = static_cast<uint8_t>(n + (lane::get(nearest.place[j], i_lane) >= 0 ? 1 : 0));
+        n = static_cast<uint8_t>(n + (lane::get(nearest.slot[j], i_lane) >= 0 ? 1 : 0));
     }
     return n;
 }
@@ -283,7 +213,7 @@ unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answ
 
 using AnswerPacket = unsigned (*)(const gpom_map &, Workspace &, gpom_answer_t *);
 
-AnswerPacket answer_packet_for(gpom_kernel_t kernel)
+AnswerPacket answer_packet_for(int32_t kernel)
 {
     switch (kernel) {
     case GPOM_KERNEL_NN:
@@ -294,10 +224,9 @@ AnswerPacket answer_packet_for(gpom_kernel_t kernel)
         return answer_packet<GPOM_KERNEL_MATERN32>;
     case GPOM_KERNEL_SE:
         return answer_packet<GPOM_KERNEL_SE>;
-    case GPOM_KERNEL_ASKEY:
-        break;
+    default:
+        return answer_packet<GPOM_KERNEL_ASKEY>;
     }
-    return answer_packet<GPOM_KERNEL_ASKEY>;
 }
 
 void clear(Packet &packet)
@@ -313,7 +242,7 @@ void add(Packet &packet, const gpom_map &map, const gpom_point_t &point, size_t 
 {
     const double dx_m = point.x_m - map.config.origin_x_m;
     const double dy_m = point.y_m - map.config.origin_y_m;
-    const bool in_reach = dx_m * dx_m + dy_m * dy_m <= 4.0 * GPOM_REACH_M * GPOM_REACH_M;
+    const bool in_reach = dx_m * dx_m + dy_m * dy_m <= GPOM_REACH_M * GPOM_REACH_M;
     const float x_m = in_reach ? static_cast<float>(dx_m) : 0.0f;
     const float y_m = in_reach ? static_cast<float>(dy_m) : 0.0f;
     if (packet.n == 0) {

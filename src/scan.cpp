@@ -10,7 +10,11 @@ using gpom::Beam;
 namespace
 {
 
+constexpr double kTwoPi = 6.283185307179586;
 constexpr double kAngleMax_rad = 1e6;
+
+/// Greatest variance of a pose [m2, rad2]: what it is carried to stays finite.
+constexpr float kVarianceMax = 1e12f;
 
 /// Beyond this excess a beam's points have no say; keeps the noise finite.
 constexpr float kExcessMax = 1e9f;
@@ -18,9 +22,23 @@ constexpr float kExcessMax = 1e9f;
 // Written so that a NaN fails.
 bool is_within(double x, double limit) { return x >= -limit && x <= limit; }
 
+bool are_masks(const gpom_mask_t *masks, uint16_t n_masks)
+{
+    if (n_masks > 0 && masks == nullptr) {
+        return false;
+    }
+    for (uint16_t i = 0; i < n_masks; ++i) {
+        if (!is_within(static_cast<double>(masks[i].from_rad), kAngleMax_rad) ||
+            !is_within(static_cast<double>(masks[i].to_rad), kAngleMax_rad)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 bool is_sensor(const gpom_sensor_t *sensor)
 {
-    if (sensor == nullptr || (sensor->n_masks > 0 && sensor->masks == nullptr)) {
+    if (sensor == nullptr || !are_masks(sensor->masks, sensor->n_masks)) {
         return false;
     }
     const bool mount_ok = is_within(sensor->x_m, GPOM_REACH_M) &&
@@ -41,27 +59,34 @@ bool is_scan(const gpom_scan_t *scan)
            is_within(scan->angle_step_rad, kAngleMax_rad / GPOM_RANGES_MAX);
 }
 
-/// Variances not negative, correlations at most 1.
+/// Correlation of elements i and j; 0 where a variance is 0.
+float correlation(const float *cov, int i, int j)
+{
+    const float scale = gpom::lane::sqrt(cov[4 * i]) * gpom::lane::sqrt(cov[4 * j]);
+    return scale > 0.0f ? cov[3 * i + j] / scale : 0.0f;
+}
+
+/// Positive semidefinite: the leading minors of the correlation matrix, within rounding.
 bool is_covariance(const float *cov)
 {
+    constexpr float kTolerance = 1e-3f;
     for (int i = 0; i < 3; ++i) {
-        const float var = cov[4 * i];
-        if (!(var >= 0.0f && var <= FLT_MAX)) {
+        if (!(cov[4 * i] >= 0.0f && cov[4 * i] <= kVarianceMax)) {
             return false;
         }
-    }
-    for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < i; ++j) {
-            const float bound = 1.0001f * gpom::lane::sqrt(cov[4 * i]) *
-                                gpom::lane::sqrt(cov[4 * j]);
-            const float c = cov[3 * i + j];
-            const float mirrored = cov[3 * j + i];
-            if (!(gpom::lane::abs(c) <= bound && gpom::lane::abs(mirrored - c) <= 1e-3f * bound)) {
+            const float bound =
+                gpom::lane::sqrt(cov[4 * i]) * gpom::lane::sqrt(cov[4 * j]) * (1.0f + kTolerance);
+            const float difference = gpom::lane::abs(cov[3 * i + j] - cov[3 * j + i]);
+            if (!(gpom::lane::abs(cov[3 * i + j]) <= bound && difference <= kTolerance * bound)) {
                 return false;
             }
         }
     }
-    return true;
+    const float a = correlation(cov, 1, 0);
+    const float b = correlation(cov, 2, 0);
+    const float c = correlation(cov, 2, 1);
+    return 1.0f + 2.0f * a * b * c - a * a - b * b - c * c >= -kTolerance;
 }
 
 bool is_pose(const gpom_pose_t &pose)
@@ -74,7 +99,6 @@ bool is_pose(const gpom_pose_t &pose)
 /// The angle in [0, 2 pi).
 double wrap(double angle_rad)
 {
-    constexpr double kTwoPi = 6.283185307179586;
     const double turns = static_cast<double>(static_cast<int32_t>(angle_rad / kTwoPi));
     const double rest = angle_rad - turns * kTwoPi;
     return rest < 0.0 ? rest + kTwoPi : rest;
@@ -85,10 +109,8 @@ bool is_masked(const gpom_sensor_t &sensor, double bearing_rad)
     for (uint16_t i = 0; i < sensor.n_masks; ++i) {
         const double from = static_cast<double>(sensor.masks[i].from_rad);
         const double to = static_cast<double>(sensor.masks[i].to_rad);
-        if (!is_within(from, kAngleMax_rad) || !is_within(to, kAngleMax_rad)) {
-            continue;
-        }
-        if (wrap(bearing_rad - from) <= wrap(to - from)) {
+        const bool is_full_turn = to - from >= kTwoPi - 1e-6;
+        if (is_full_turn || wrap(bearing_rad - from) <= wrap(to - from)) {
             return true;
         }
     }
@@ -138,14 +160,14 @@ float excess_of(const gpom_map &map, const ScanContext &context, const Beam &bea
         const Eigen::Matrix3f cov = Eigen::Map<const RowMajor>(context.pose_cov);
         var_m2 += gpom::position_variance(cov, context.lever_m + beam.range_m * direction);
     }
-    if (!(var_m2 > 0.0f)) {
+    if (var_m2 <= 0.0f) { // rounding may take it below 0
         return 0.0f;
     }
     const gpom_params_t &params = map.config.params;
     const float sd_m = gpom::lane::sqrt(gpom::lane::min(var_m2, FLT_MAX));
     const float k = gpom::covariance_on_axis(params, 0.0f, sd_m);
-    const float k_product = gpom::covariance_on_axis(params, 0.0f, 0.0f) *
-                            gpom::covariance_on_axis(params, sd_m, sd_m);
+    const float k_product =
+        gpom::covariance_on_axis(params, 0.0f, 0.0f) * gpom::covariance_on_axis(params, sd_m, sd_m);
     const float rho2 = k * k / k_product;
     if (!(rho2 > 1.0f / kExcessMax)) {
         return kExcessMax;
@@ -156,8 +178,7 @@ float excess_of(const gpom_map &map, const ScanContext &context, const Beam &bea
 Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, double bearing_rad)
 {
     const double turned_rad = context.sensor.upside_down != 0 ? -bearing_rad : bearing_rad;
-    const gpom::Direction direction =
-        gpom::direction_of(context.T_map_sensor.yaw_rad + turned_rad);
+    const gpom::Direction direction = gpom::direction_of(context.T_map_sensor.yaw_rad + turned_rad);
     Beam beam = {};
     beam.x_m = context.sensor_m.x();
     beam.y_m = context.sensor_m.y();

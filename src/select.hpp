@@ -52,8 +52,7 @@ template <class KeyOf> void heap_sort(uint32_t *order, uint32_t n, const KeyOf &
 }
 
 /// Index, among the first, middle and last entry, of the one with the middle key.
-template <class KeyOf>
-uint32_t median_of_three(const uint32_t *order, uint32_t n, const KeyOf &key)
+template <class KeyOf> uint32_t median_of_three(const uint32_t *order, uint32_t n, const KeyOf &key)
 {
     uint32_t low = 0;
     uint32_t middle = n / 2;
@@ -87,8 +86,7 @@ template <class KeyOf> uint32_t partition(uint32_t *order, uint32_t n, const Key
 /// before it and nothing less behind: Hoare's quickselect, 3 n comparisons on average. Should the
 /// splits be so uneven that kRoundsMax do not suffice, heap sort finishes what is left, so that the
 /// worst case is O(n log n) (Musser's introspective selection, 1997).
-template <class KeyOf>
-void select_nth(uint32_t *order, uint32_t n, uint32_t nth, const KeyOf &key)
+template <class KeyOf> void select_nth(uint32_t *order, uint32_t n, uint32_t nth, const KeyOf &key)
 {
     constexpr int kRoundsMax = 64;
     for (int round = 0; round < kRoundsMax; ++round) {

@@ -30,8 +30,7 @@ struct Options {
 
 void declare_options(CLI::App &app, Options &options)
 {
-    app.add_option("--scans", options.scans_path,
-                   "Scans: CSV or CARMEN log, plain or gzipped")
+    app.add_option("--scans", options.scans_path, "Scans: CSV or CARMEN log, plain or gzipped")
         ->required()
         ->type_name("FILE");
     app.add_option("--params", options.params_path, "Hyperparameters, TOML")
@@ -45,8 +44,7 @@ void declare_options(CLI::App &app, Options &options)
         ->delimiter(',')
         ->expected(5)
         ->excludes(points);
-    app.add_option("--out", options.out_path,
-                   "Answers: x,y,mean,variance,probability,class a line")
+    app.add_option("--out", options.out_path, "Answers: x,y,mean,variance,probability,class a line")
         ->required()
         ->type_name("FILE");
     app.add_option("--origin", options.origin,
@@ -54,8 +52,7 @@ void declare_options(CLI::App &app, Options &options)
         ->delimiter(',')
         ->expected(2)
         ->capture_default_str();
-    app.add_option("--range-max", options.range_max_m,
-                   "Usable range of a CARMEN log's sensor [m]")
+    app.add_option("--range-max", options.range_max_m, "Usable range of a CARMEN log's sensor [m]")
         ->capture_default_str();
     app.add_option("--beam-max", options.beam_max,
                    "Capacity of the map [beams]; default: all of the scans'")
@@ -80,10 +77,10 @@ gpom_raster_t raster_of(const std::vector<double> &values)
     if (!finite || !(raster.cell_m > 0.0) || !std::isfinite(raster.cell_m)) {
         throw std::runtime_error("--raster: corner must be finite and the cell size over 0");
     }
-    raster.nx = static_cast<std::uint32_t>(
-        whole_number(values[3], 1, GPOM_RASTER_SIDE_MAX, "--raster nx"));
-    raster.ny = static_cast<std::uint32_t>(
-        whole_number(values[4], 1, GPOM_RASTER_SIDE_MAX, "--raster ny"));
+    raster.nx =
+        static_cast<std::uint32_t>(whole_number(values[3], 1, GPOM_RASTER_SIDE_MAX, "--raster nx"));
+    raster.ny =
+        static_cast<std::uint32_t>(whole_number(values[4], 1, GPOM_RASTER_SIDE_MAX, "--raster ny"));
     if (values[3] * values[4] > kRasterCellsMax) {
         throw std::runtime_error("--raster: more than 1e8 cells; ask for it in parts");
     }
@@ -151,8 +148,8 @@ std::vector<gpom_answer_t> answers_of(const HostMap &map, const std::vector<gpom
 void report(const HostMap &map, const std::vector<gpom_answer_t> &answers)
 {
     const gpom_stats_t stats = map.stats();
-    const auto n_ignored = stats.beams_nan + stats.beams_not_positive + stats.beams_too_near +
-                           stats.beams_masked;
+    const auto n_ignored =
+        stats.beams_nan + stats.beams_not_positive + stats.beams_too_near + stats.beams_masked;
     std::printf("%llu scans: %llu hits, %llu beams without return, %llu readings ignored; "
                 "%zu points answered\n",
                 static_cast<unsigned long long>(stats.scans_inserted),

@@ -202,7 +202,8 @@ def reformat():
 
 
 def tidy_one(path):
-    flags = ["-Iinclude", "-I.", "-isystem", os.environ.get("EIGEN", "/usr/include/eigen3"),
+    flags = ["-Iinclude", "-I.", "-Ibuild/host-release/street",
+             "-isystem", os.environ.get("EIGEN", "/usr/include/eigen3"),
              "-DGPOM_LANES=4", "-DGPOM_FMA=0", "-DGPOM_ASSERTS=1"]
     if path.endswith(".c"):
         flags += ["-std=c99", "-Wno-invalid-noreturn"]

@@ -19,16 +19,16 @@ extern "C" {
 #define GPOM_BEAM_MAX 20000000u
 
 /** Bytes of memory for a map of `beam_max` beams: a constant expression for a static array, never
- *  less than gpom_map_bytes(). 96 bytes a beam: 40 the beam, 52 the two trees, 4 their order. */
-#define GPOM_MAP_BYTES(beam_max) ((size_t)1024 + (size_t)96 * (size_t)(beam_max))
+ *  less than gpom_map_bytes(). 56 bytes a beam: 40 the beam, 8 in each of the two trees. */
+#define GPOM_MAP_BYTES(beam_max) ((size_t)1024 + (size_t)56 * (size_t)(beam_max))
 
 /** What a map is made for. Fill with gpom_config_init(), then change. */
 typedef struct {
     uint32_t struct_bytes; /**< Set by gpom_config_init(); guards against a header mismatch. */
     uint32_t beam_max;     /**< Most beams kept; 1 .. GPOM_BEAM_MAX. Default 1024. */
-    double origin_x_m;     /**< Map frame's east of the origin [m]; beams are kept relative to it. */
-    double origin_y_m;     /**< Map frame's north of the origin [m]. Defaults 0, 0. */
-    gpom_params_t params;  /**< Hyperparameters, copied. Default gpom_params_init(). */
+    double origin_x_m;    /**< Map frame's east of the origin [m]; beams are kept relative to it. */
+    double origin_y_m;    /**< Map frame's north of the origin [m]. Defaults 0, 0. */
+    gpom_params_t params; /**< Hyperparameters, copied. Default gpom_params_init(). */
 } gpom_config_t;
 
 /** A map in the caller's memory. Opaque. */
@@ -51,16 +51,16 @@ typedef struct {
 
 /** One kept beam, for inspection. */
 typedef struct {
-    double x_m;        /**< Sensor position, map frame [m]. */
-    double y_m;        /**< Sensor position, map frame [m]. */
-    int64_t stamp_us;  /**< Time of the scan [us]. */
-    float dir_x;       /**< Unit direction, map frame. */
-    float dir_y;       /**< Unit direction, map frame. */
-    float range_m;     /**< Raw range; the usable maximum for a beam without return [m]. */
-    float hit_noise;   /**< Noise variance of its hit: sn2, raised by position uncertainty [1]. */
-    float free_noise;  /**< Noise variance of its free points: sn2_free, raised likewise [1]. */
-    uint32_t id;       /**< Order of insertion; grows for ever, never reused. */
-    uint8_t is_hit;    /**< 1: the beam returned. 0: free up to range_m, no hit. */
+    double x_m;       /**< Sensor position, map frame [m]. */
+    double y_m;       /**< Sensor position, map frame [m]. */
+    int64_t stamp_us; /**< Time of the scan [us]. */
+    float dir_x;      /**< Unit direction, map frame. */
+    float dir_y;      /**< Unit direction, map frame. */
+    float range_m;    /**< Raw range; the usable maximum for a beam without return [m]. */
+    float hit_noise;  /**< Noise variance of its hit: sn2, raised by position uncertainty [1]. */
+    float free_noise; /**< Noise variance of its free points: sn2_free, raised likewise [1]. */
+    uint32_t id;      /**< Order of insertion; grows for ever, never reused. */
+    uint8_t is_hit;   /**< 1: the beam returned. 0: free up to range_m, no hit. */
 } gpom_beam_t;
 
 /** Fill with the documented defaults. */

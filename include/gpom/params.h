@@ -15,8 +15,8 @@ extern "C" {
 
 /** Covariance function; r = |x - x'| [m], all multiplied by the signal variance sf2. */
 typedef enum {
-    /** Neural network, the paper's eq. 4: asin(2 x~' S x~* / sqrt((1 + 2 x~' S x~)(1 + 2 x~*' S x~*)))
-     *  with x~ = (1, x, y) and S = diag(s0, s1, s1). Not stationary. */
+    /** Neural network, the paper's eq. 4, with x~ = (1, x, y) and S = diag(s0, s1, s1):
+     *  asin(2 x~' S x~* / sqrt((1 + 2 x~' S x~)(1 + 2 x~*' S x~*))). Not stationary. */
     GPOM_KERNEL_NN = 0,
     GPOM_KERNEL_MATERN12 = 1, /**< exp(-r / ell). */
     GPOM_KERNEL_MATERN32 = 2, /**< (1 + s) exp(-s), s = sqrt(3) r / ell. */
@@ -36,25 +36,25 @@ typedef enum {
 /** Hyperparameters. Fill with gpom_params_init(), change, check with gpom_params_check(). */
 typedef struct {
     uint32_t struct_bytes; /**< Set by gpom_params_init(); guards against a header mismatch. */
-    gpom_kernel_t kernel;  /**< Covariance function. Default GPOM_KERNEL_MATERN12. */
-    gpom_frame_t frame;    /**< Default GPOM_FRAME_QUERY. */
-    float sf2;             /**< Signal variance [1]; > 0. Default 1. */
-    float s0;              /**< NN only: variance of the bias weight [1]; > 0. */
-    float s1;              /**< NN only: variance of the position weights [1/m2]; > 0. */
-    float ell_m;           /**< All but NN: length scale [m]; > 0. */
-    float sn2;             /**< Noise variance of hits [1]; at least 1e-3 sf2 for NN and SE, else
-                                1e-6 sf2 (float32 conditioning). */
-    float sn2_free;        /**< Noise variance of free points [1]; same floor. Default sn2. */
-    float alpha;           /**< Slope of the sigmoid, eq. 7 [1]; > 0. */
-    float beta;            /**< Offset of the sigmoid, eq. 7 [1]. */
-    float gap_m;           /**< Free segments end this far before their hit [m]; >= 0. */
-    float p_occupied;      /**< Class occupied at or above this probability. */
-    float p_free;          /**< Class free at or below this probability; < p_occupied. */
-    uint16_t n_hits;       /**< Nearest hits per query; >= 1. Default 8. */
-    uint16_t n_free;       /**< Nearest free segments per query; >= 1, n_hits + n_free <= 64. */
+    int32_t kernel;        /**< gpom_kernel_t. Default GPOM_KERNEL_MATERN12. */
+    int32_t frame;         /**< gpom_frame_t. Default GPOM_FRAME_QUERY. */
+    float sf2;             /**< Signal variance [1]; 1e-6 .. 1e6. Default 1. */
+    float s0;              /**< NN only: variance of the bias weight [1]; 1e-6 .. 1e6. */
+    float s1;              /**< NN only: variance of the position weights [1/m2]; likewise. */
+    float ell_m;           /**< All but NN: length scale [m]; 1e-6 .. 1e6. */
+    float sn2;        /**< Noise variance of hits [1]; at most 1e6, at least 1e-3 sf2 for NN and
+                                SE, else 1e-6 sf2 (float32 conditioning). */
+    float sn2_free;   /**< Noise variance of free points [1]; likewise. Default sn2. */
+    float alpha;      /**< Slope of the sigmoid, eq. 7 [1]; 1e-6 .. 1e6. */
+    float beta;       /**< Offset of the sigmoid, eq. 7 [1]; -1e6 .. 1e6. */
+    float gap_m;      /**< Free segments end this far before their hit [m]; 0 .. 1e6. */
+    float p_occupied; /**< Class occupied at or above this probability. */
+    float p_free;     /**< Class free at or below this probability; < p_occupied. */
+    uint16_t n_hits;  /**< Nearest hits per query; >= 1. Default 8. */
+    uint16_t n_free;  /**< Nearest free segments per query; >= 1, n_hits + n_free <= 64. */
 } gpom_params_t;
 
-/** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt settings are better. */
+/** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt ones are better. */
 GPOM_API void gpom_params_init(gpom_params_t *params);
 
 /** Check every field, and that the prior probability lies between p_free and p_occupied, so that

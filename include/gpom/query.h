@@ -68,7 +68,7 @@ typedef struct {
 #define GPOM_SCRATCH_BYTES(n_points, lanes)                                                        \
     ((size_t)512 + (size_t)4 * (size_t)(lanes) *                                                   \
                        ((size_t)(n_points) * ((size_t)(n_points) + 1) / 2 +                        \
-                        (size_t)12 * (size_t)(n_points)))
+                        (size_t)13 * (size_t)(n_points) + (size_t)8))
 
 /** Queries that this build of the library computes side by side: 1, 4, 8 or 16. */
 GPOM_API uint32_t gpom_lanes(void);

@@ -31,7 +31,7 @@ typedef struct {
     float range_max_m;        /**< Usable maximum: at or beyond it a reading is "no return", free up
                                    to here [m]; > range_min_m. Default 30. */
     float range_var_m2;       /**< Variance of a range [m2]; raises the beam's noise. Default 0. */
-    const gpom_mask_t *masks; /**< n_masks masks, or NULL; read during insertion only. */
+    const gpom_mask_t *masks; /**< n_masks finite masks, or NULL; read during insertion only. */
     uint16_t n_masks;         /**< Default 0. */
     uint8_t upside_down;      /**< 1: mounted upside down, bearings run clockwise. Default 0. */
 } gpom_sensor_t;
@@ -42,7 +42,7 @@ typedef struct {
     double y_m;       /**< [m] */
     double yaw_rad;   /**< [rad], any number of turns up to 1e6 rad */
     const float *cov; /**< 3 x 3 covariance of (x, y, yaw) by rows [m2, m rad, rad2], symmetric and
-                           positive semidefinite; NULL: the pose is known exactly. */
+                           positive semidefinite, variances at most 1e12; NULL: known exactly. */
 } gpom_pose_t;
 
 /** One planar scan, all beams at one time. */
@@ -50,8 +50,9 @@ typedef struct {
     int64_t stamp_us;      /**< Time of measurement [us]; kept with the beams. */
     double angle_min_rad;  /**< Bearing of the first range, sensor frame [rad]. */
     double angle_step_rad; /**< Bearing step, negative if clockwise [rad]. */
-    const float *ranges_m; /**< n_ranges ranges [m]; NaN: ignore; +inf: no return. Any bits allowed. */
-    uint32_t n_ranges;     /**< 0 .. GPOM_RANGES_MAX. */
+    const float
+        *ranges_m;     /**< n_ranges ranges [m]; NaN: ignore; +inf: no return. Any bits allowed. */
+    uint32_t n_ranges; /**< 0 .. GPOM_RANGES_MAX. */
 } gpom_scan_t;
 
 /** Fill with the documented defaults. */

@@ -26,13 +26,13 @@ extern "C" {
 
 /** Outcome of a call. Zero is success; every failure is negative. */
 typedef enum {
-    GPOM_OK = 0,         /**< Done. */
-    GPOM_ERR_ARG = -1,   /**< Broken contract: null, uninitialised or out of range. */
-    GPOM_ERR_MEM = -2,   /**< Caller's memory is null, misaligned or too small. */
+    GPOM_OK = 0,          /**< Done. */
+    GPOM_ERR_ARG = -1,    /**< Broken contract: null, uninitialised or out of range. */
+    GPOM_ERR_MEM = -2,    /**< Caller's memory is null, misaligned or too small. */
     GPOM_ERR_PARAMS = -3, /**< A hyperparameter is refused; gpom_params_check() names it. */
-    GPOM_ERR_REACH = -4, /**< Farther than GPOM_REACH_M from the map's origin. */
-    GPOM_ERR_FULL = -5,  /**< The map holds beam_max beams; what did not fit was counted. */
-    GPOM_ERR_PIVOT = -6  /**< A covariance matrix was not positive definite; see gpom_answer_t. */
+    GPOM_ERR_REACH = -4,  /**< Farther than GPOM_REACH_M from the map's origin. */
+    GPOM_ERR_FULL = -5,   /**< The map holds beam_max beams; what did not fit was counted. */
+    GPOM_ERR_PIVOT = -6   /**< A covariance matrix was not positive definite; see gpom_answer_t. */
 } gpom_status_t;
 
 /** One line of English for a status; never NULL, static storage. */

@@ -25,8 +25,7 @@ std::vector<gpom_point_t> read_points(const std::string &path)
         }
         split_commas(text, fields);
         if (fields.size() != 2) {
-            reader.place().fail("point has " + std::to_string(fields.size()) +
-                                " fields; need x,y");
+            reader.place().fail("point has " + std::to_string(fields.size()) + " fields; need x,y");
         }
         points.push_back({parse_finite(fields[0], "x", reader.place()),
                           parse_finite(fields[1], "y", reader.place())});
@@ -59,8 +58,7 @@ std::string answers_csv(const std::vector<gpom_point_t> &points,
             append_number(text, coordinate_m);
             text += ',';
         }
-        for (const float value :
-             {answers[i].mean, answers[i].variance, answers[i].probability}) {
+        for (const float value : {answers[i].mean, answers[i].variance, answers[i].probability}) {
             append_number(text, value);
             text += ',';
         }

@@ -9,7 +9,8 @@
 #include <functional>
 #include <string>
 
-namespace gpom_tools {
+namespace gpom_tools
+{
 
 /// Exit code of a usage error, a bad file or a refused value.
 constexpr int kExitUsage = 2;

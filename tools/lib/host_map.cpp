@@ -5,9 +5,11 @@
 #include <stdexcept>
 #include <string>
 
-namespace gpom_tools {
+namespace gpom_tools
+{
 
-namespace {
+namespace
+{
 
 void require(gpom_status_t status, const std::string &what)
 {
@@ -73,8 +75,7 @@ std::vector<gpom_answer_t> HostMap::query(const std::vector<gpom_point_t> &point
 {
     std::vector<gpom_answer_t> answers(points.size());
     const gpom_scratch_t memory = scratch();
-    require_answers(
-        gpom_query_points(map_, points.data(), points.size(), answers.data(), &memory));
+    require_answers(gpom_query_points(map_, points.data(), points.size(), answers.data(), &memory));
     return answers;
 }
 
@@ -93,10 +94,7 @@ gpom_stats_t HostMap::stats() const
     return stats;
 }
 
-gpom_scratch_t HostMap::scratch() const
-{
-    return {scratch_.get(), gpom_scratch_bytes(map_)};
-}
+gpom_scratch_t HostMap::scratch() const { return {scratch_.get(), gpom_scratch_bytes(map_)}; }
 
 std::size_t beam_count(const std::vector<Scan> &scans)
 {

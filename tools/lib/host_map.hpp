@@ -9,7 +9,8 @@
 #include <memory>
 #include <vector>
 
-namespace gpom_tools {
+namespace gpom_tools
+{
 
 /// Owns the arena and the scratch of one map. Every failure throws std::runtime_error.
 class HostMap {
@@ -23,8 +24,8 @@ public:
 
     void build();
 
-    /// A point whose matrix was not positive definite has the prior and its flag, as in the library;
-    /// a point out of reach throws.
+    /// A point whose matrix was not positive definite has the prior and its flag, as in the
+    /// library; a point out of reach throws.
     std::vector<gpom_answer_t> query(const std::vector<gpom_point_t> &points) const;
     std::vector<gpom_answer_t> query(const gpom_raster_t &raster) const;
 

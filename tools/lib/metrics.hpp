@@ -26,7 +26,7 @@ struct RocPoint {
     double true_positive_rate;
 };
 
-/// Points with probabilities in [low, high), the last bin with 1 too; means are 0 if there are none.
+/// Points with probabilities in [low, high), the last bin with 1 too; means are 0 if it is empty.
 struct ReliabilityBin {
     double low;
     double high;

@@ -139,8 +139,12 @@ std::size_t OccupancyGrid::index(GridCell cell) const
 
 GridCell OccupancyGrid::cell_at(gpom_point_t point) const
 {
-    return {static_cast<std::int64_t>(std::floor((point.x_m - raster_.x0_m) / raster_.cell_m)),
-            static_cast<std::int64_t>(std::floor((point.y_m - raster_.y0_m) / raster_.cell_m))};
+    const auto number = [&](double offset_m) -> std::int64_t {
+        constexpr double kFar = 1e15; // beyond, a double is no integer's worth
+        const double cell = std::floor(offset_m / raster_.cell_m);
+        return std::isnan(cell) ? -1 : static_cast<std::int64_t>(std::clamp(cell, -kFar, kFar));
+    };
+    return {number(point.x_m - raster_.x0_m), number(point.y_m - raster_.y0_m)};
 }
 
 void OccupancyGrid::add(GridCell cell, double log_odds)

@@ -11,9 +11,11 @@
 #include <set>
 #include <sstream>
 
-namespace gpom_tools {
+namespace gpom_tools
+{
 
-namespace {
+namespace
+{
 
 struct NamedKernel {
     const char *name;
@@ -100,7 +102,8 @@ gpom_kernel_t kernel_of(const Reader &reader)
             return named.kernel;
         }
     }
-    reader.fail("kernel", "kernel: \"" + name + "\" is not one of nn, matern12, matern32, se, askey");
+    reader.fail("kernel",
+                "kernel: \"" + name + "\" is not one of nn, matern12, matern32, se, askey");
 }
 
 gpom_frame_t frame_of(const Reader &reader)
@@ -112,7 +115,7 @@ gpom_frame_t frame_of(const Reader &reader)
     return name == "map" ? GPOM_FRAME_MAP : GPOM_FRAME_QUERY;
 }
 
-std::set<std::string> keys_of(gpom_kernel_t kernel)
+std::set<std::string> keys_of(std::int32_t kernel)
 {
     std::set<std::string> keys = {"kernel", "frame", "sf2",  "sn2",   "sn2_free",   "alpha",
                                   "beta",   "hits",  "free", "gap_m", "p_occupied", "p_free"};
@@ -189,7 +192,7 @@ gpom_params_t read_params(const std::string &path)
     return params;
 }
 
-const char *kernel_name(gpom_kernel_t kernel)
+const char *kernel_name(std::int32_t kernel)
 {
     for (const NamedKernel &named : kKernels) {
         if (named.kernel == kernel) {

@@ -1,5 +1,7 @@
 #include "tools/lib/raster_csv.hpp"
 
+#include "tools/lib/text_lines.hpp"
+
 #include <cstdarg>
 #include <cstdio>
 
@@ -20,7 +22,11 @@ std::string probabilities_csv(const std::vector<gpom_point_t> &points,
 {
     std::string text = "x,y,probability\n";
     for (std::size_t i = 0; i < points.size(); ++i) {
-        append_text(text, "%.4f,%.4f,%.6g\n", points[i].x_m, points[i].y_m, probabilities[i]);
+        for (const double coordinate_m : {points[i].x_m, points[i].y_m}) { // as answers_csv()
+            append_number(text, coordinate_m);
+            text += ',';
+        }
+        append_text(text, "%.6g\n", probabilities[i]);
     }
     return text;
 }

@@ -2,7 +2,6 @@
 
 #include "tools/lib/text_lines.hpp"
 
-
 namespace gpom_tools
 {
 namespace

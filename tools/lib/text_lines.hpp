@@ -27,8 +27,7 @@ struct Place {
 };
 
 /// Lines of a plain or gzipped file, checked to be text. Throws FileError.
-class LineReader
-{
+class LineReader {
 public:
     /// `expected` says in errors what the file should hold, e.g. "CSV scans".
     LineReader(const std::string &path, std::string expected);

@@ -1,0 +1,120 @@
+/* A Gaussian-process occupancy map on a bare Cortex-M: a street's scans go in, answers come out.
+ *
+ * The scans, hyperparameters and points are those of street.h, made at build time; the tests
+ * compare the printed answers with what the host's gpom-query says of the same files. */
+#include "gpom/gpom.h"
+#include "semihosting.h"
+#include "street.h"
+
+enum {
+    BEAM_MAX = STREET_SCANS * STREET_RANGES,
+    POINTS = sizeof street_points / sizeof street_points[0]
+};
+
+static uint64_t map_memory[(GPOM_MAP_BYTES(BEAM_MAX) + 7) / 8];
+static uint8_t scratch_memory[GPOM_SCRATCH_BYTES(16, 1)];
+static gpom_answer_t answers[POINTS];
+
+static gpom_status_t make_map(gpom_map_t **map)
+{
+    gpom_config_t config;
+    gpom_config_init(&config);
+    config.beam_max = BEAM_MAX;
+    config.params = street_params;
+    return gpom_map_init(map, &config, map_memory, sizeof map_memory);
+}
+
+static gpom_status_t insert_scan(gpom_map_t *map, int i_scan)
+{
+    gpom_sensor_t sensor;
+    gpom_sensor_init(&sensor);
+    sensor.range_max_m = street_range_max_m;
+    const double *const at = street_poses[i_scan];
+    const gpom_pose_t pose = {at[0], at[1], at[2], NULL};
+    const gpom_scan_t scan = {i_scan, street_angle_min_rad, street_angle_step_rad,
+                              street_ranges_m[i_scan], STREET_RANGES};
+    return gpom_scan_insert(map, &scan, &sensor, &pose);
+}
+
+static gpom_status_t insert_street(gpom_map_t *map)
+{
+    for (int i = 0; i < STREET_SCANS; ++i) {
+        const gpom_status_t status = insert_scan(map, i);
+        if (status != GPOM_OK) {
+            return status;
+        }
+    }
+    return GPOM_OK;
+}
+
+static void print_count(const char *name, uint32_t n)
+{
+    semihosting_write("count ");
+    semihosting_write(name);
+    semihosting_write(" ");
+    semihosting_write_u32(n);
+    semihosting_write("\n");
+}
+
+/* The bits of a float as a decimal number, so that nothing is lost in print. */
+static void print_bits(float value)
+{
+    const union {
+        float value;
+        uint32_t bits;
+    } same = {value};
+    semihosting_write(" ");
+    semihosting_write_u32(same.bits);
+}
+
+static void print_answers(void)
+{
+    for (int i = 0; i < POINTS; ++i) {
+        semihosting_write("answer");
+        print_bits(answers[i].mean);
+        print_bits(answers[i].variance);
+        print_bits(answers[i].probability);
+        semihosting_write("\n");
+    }
+}
+
+static int stop(gpom_status_t status)
+{
+    semihosting_write("stopped: ");
+    semihosting_write(gpom_status_str(status));
+    semihosting_write("\n");
+    return 1;
+}
+
+int main(void)
+{
+    gpom_map_t *map;
+    gpom_status_t status = make_map(&map);
+    if (status != GPOM_OK) {
+        return stop(status);
+    }
+    gpom_count_begin();
+    status = insert_street(map);
+    gpom_count_end();
+    print_count("beam", BEAM_MAX);
+    if (status != GPOM_OK) {
+        return stop(status);
+    }
+    gpom_count_begin();
+    status = gpom_map_build(map);
+    gpom_count_end();
+    print_count("build", 1);
+    if (status != GPOM_OK) {
+        return stop(status);
+    }
+    const gpom_scratch_t scratch = {scratch_memory, sizeof scratch_memory};
+    gpom_count_begin();
+    status = gpom_query_points(map, street_points, POINTS, answers, &scratch);
+    gpom_count_end();
+    print_count("query", POINTS);
+    if (status != GPOM_OK) {
+        return stop(status);
+    }
+    print_answers();
+    return 0;
+}

@@ -1,0 +1,313 @@
+"""gpom-eval, gpom-plot and the demo, end to end: files, figures, bars, and bad input."""
+import csv
+import json
+import os
+import pathlib
+import subprocess
+
+import numpy as np
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PARAMS = ROOT / "tools" / "params"
+METHODS = ["gp_query", "gp_map", "grid", "wide_grid"]
+FILES = {"eval.json", "map.csv", "grid.csv", "wide_grid.csv", "hits.csv", "poses.csv", "points.csv"}
+PNG_START = b"\x89PNG\r\n\x1a\n"
+
+
+def columns_of(path):
+    with open(path, encoding="utf-8", newline="") as source:
+        header, *rows = list(csv.reader(source))
+    return dict(zip(header, zip(*rows)))
+
+
+def numbers(columns, name):
+    return np.array(columns[name], dtype=float)
+
+
+def report_of(folder):
+    report = json.loads((folder / "eval.json").read_text(encoding="utf-8"))
+    report["by_key"] = {method["key"]: method for method in report["methods"]}
+    return report
+
+
+def auc(scores, truth):
+    """Share of (occupied, free) pairs in the right order, ties 1/2."""
+    occupied, free = np.sort(scores[truth]), np.sort(scores[~truth])
+    below = np.searchsorted(free, occupied, "left")
+    not_above = np.searchsorted(free, occupied, "right")
+    return float((below + not_above).mean() / (2 * len(free)))
+
+
+def false_positive_rate(scores, truth):
+    """At the largest score that at least 95 % of the occupied points reach."""
+    occupied = np.sort(scores[truth])[::-1]
+    threshold = occupied[int(np.ceil(0.95 * len(occupied) - 1e-9)) - 1]
+    return float((scores[~truth] >= threshold).mean())
+
+
+def nll(scores, truth):
+    p = np.clip(scores, 0.001, 0.999)
+    return float(-np.log(np.where(truth, p, 1 - p)).mean())
+
+
+def evaluate_street(run, street, out, *more):
+    return run("gpom-eval", "street", "--scans", street, "--truth", street.with_name("truth.pgm"),
+               "--params", PARAMS / "street.toml", "--out", out, *more)
+
+
+@pytest.fixture(scope="session")
+def street_eval(run, street, tmp_path_factory):
+    """Folder and stdout of an evaluation on the street of seed 1."""
+    out = tmp_path_factory.mktemp("eval") / "new" / "street"
+    done = evaluate_street(run, street, out)
+    assert done.returncode == 0, done.stderr
+    return out, done.stdout
+
+
+@pytest.fixture(scope="session")
+def intel_eval(run, log, tmp_path_factory):
+    out = tmp_path_factory.mktemp("eval") / "intel"
+    done = run("gpom-eval", "log", "--scans", log("intel.log.gz"), "--range-max", 49,
+               "--params", PARAMS / "indoor.toml", "--out", out)
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+# ---- figures ------------------------------------------------------------------------------------
+
+def test_the_map_beats_both_grids_on_a_street(street_eval):
+    methods = report_of(street_eval[0])["by_key"]
+    near = {key: method["near"]["auc"] for key, method in methods.items()}
+    assert near["gp_query"] >= near["grid"] + 0.12
+    assert near["gp_query"] >= near["wide_grid"] + 0.05
+
+
+def test_the_map_is_accurate_on_a_log_at_four_percent(intel_eval):
+    metrics = report_of(intel_eval)["by_key"]["gp_query"]["all"]
+    assert metrics["auc"] >= 0.990
+    assert metrics["fp_at_tp95"] <= 0.03
+
+
+def test_the_log_protocol_takes_600_scans_and_6000_points(intel_eval):
+    report = report_of(intel_eval)
+    assert report["scans"] == 600
+    assert 0.035 < report["beams"] / len(columns_of(intel_eval / "hits.csv")["x"]) < 0.045
+    truth = numbers(columns_of(intel_eval / "points.csv"), "truth")
+    assert len(truth) == 6000 and truth.sum() == 3000
+
+
+@pytest.mark.parametrize("part", ["all", "near"])
+def test_the_figures_are_those_of_the_points(street_eval, part):
+    points = columns_of(street_eval[0] / "points.csv")
+    kept = numbers(points, "near") >= (1 if part == "near" else 0)
+    truth = numbers(points, "truth")[kept] > 0
+    report = report_of(street_eval[0])
+    assert list(report["by_key"]) == METHODS
+    for key, method in report["by_key"].items():
+        p, metrics = numbers(points, key)[kept], method[part]
+        assert metrics["points"] == len(p)
+        assert metrics["share_occupied"] == pytest.approx(truth.mean())
+        assert metrics["auc"] == pytest.approx(auc(p, truth), abs=1e-5)
+        assert metrics["fp_at_tp95"] == pytest.approx(false_positive_rate(p, truth), abs=1e-3)
+        assert metrics["nll"] == pytest.approx(nll(p, truth), abs=1e-5)
+        assert len(metrics["roc"]["fp"]) == len(metrics["roc"]["tp"]) <= 500
+        assert sum(b["points"] for b in metrics["reliability"]) == len(p)
+
+
+# ---- files --------------------------------------------------------------------------------------
+
+def read_truth(path):
+    """Occupancy by row from the south, corner and cell, read by the format's description alone."""
+    magic, place, *rest = path.read_bytes().split(b"\n", 2)
+    x0, y0, cell = map(float, place.split()[3:6])
+    lines = rest[0]
+    while lines.startswith(b"#"):
+        lines = lines.split(b"\n", 1)[1]
+    size, _, pixels = lines.split(b"\n", 2)
+    nx, ny = map(int, size.split())
+    assert magic == b"P5"
+    return np.frombuffer(pixels, np.uint8).reshape(ny, nx)[::-1] == 0, x0, y0, cell
+
+
+def test_truth_of_the_points_is_the_streets(street, street_eval):
+    occupied, x0, y0, cell = read_truth(street.with_name("truth.pgm"))
+    points = columns_of(street_eval[0] / "points.csv")
+    ix = np.floor((numbers(points, "x") - x0) / cell).astype(int)
+    iy = np.floor((numbers(points, "y") - y0) / cell).astype(int)
+    assert np.array_equal(occupied[iy, ix], numbers(points, "truth") > 0)
+    assert 0.2 < occupied.mean() < 0.8
+
+
+def test_the_robot_drives_on_free_ground_and_hits_lie_on_surfaces(street, street_eval):
+    occupied, x0, y0, cell = read_truth(street.with_name("truth.pgm"))
+    poses, hits = (columns_of(street_eval[0] / name) for name in ("poses.csv", "hits.csv"))
+    ix = ((numbers(poses, "x") - x0) / cell).astype(int)
+    iy = ((numbers(poses, "y") - y0) / cell).astype(int)
+    assert not occupied[iy, ix].any()
+    ix = ((numbers(hits, "x") - x0) / cell).astype(int)
+    iy = ((numbers(hits, "y") - y0) / cell).astype(int)
+    around = np.pad(occupied, 1, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(around, (3, 3))[iy, ix]
+    has_both = windows.any(axis=(1, 2)) & ~windows.all(axis=(1, 2))
+    assert has_both.mean() > 0.95
+
+
+def test_rasters_are_full_and_of_the_documented_columns(street_eval):
+    out, _ = street_eval
+    assert {path.name for path in out.iterdir()} == FILES | {"truth.pgm"}
+    cells = columns_of(out / "map.csv")
+    assert list(cells) == ["x", "y", "mean", "variance", "probability", "class"]
+    assert set(cells["class"]) <= {"free", "unsure", "occupied"}
+    n_columns, n_rows = len(set(cells["x"])), len(set(cells["y"]))
+    assert n_columns * n_rows == len(cells["x"]) and n_columns <= 400 and n_rows <= 300
+    for name in ("grid.csv", "wide_grid.csv"):
+        grid = columns_of(out / name)
+        assert list(grid) == ["x", "y", "probability"]
+        assert grid["x"] == cells["x"] and grid["y"] == cells["y"]
+        assert np.all(np.abs(numbers(grid, "probability") - 0.5) <= 0.5)
+
+
+def test_the_report_says_how_to_make_it_again(street_eval):
+    out, stdout = street_eval
+    report = report_of(out)
+    assert report["params"]["text"] == (PARAMS / "street.toml").read_text(encoding="utf-8")
+    paper = (PARAMS / "street_paper.toml").read_text(encoding="utf-8")
+    assert report["map_frame_params"]["text"] == paper
+    assert report["command"].split()[1:3] == ["street", "--scans"] and report["seed"] == 0
+    for text in ("query frame", "paper, its own street", "0.9948", "0.0260", "0.8938", "0.1913"):
+        assert text in stdout
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_seed_other_points(
+        run, street, street_eval, tmp_path):
+    for seed, same in ((0, True), (1, False)):
+        out = tmp_path / str(seed)
+        assert evaluate_street(run, street, out, "--seed", seed).returncode == 0
+        for name, equal in (("points.csv", same), ("map.csv", True)):
+            assert ((out / name).read_bytes() == (street_eval[0] / name).read_bytes()) == equal
+
+
+def test_without_the_papers_parameters_its_map_is_left_out_and_said_so(run, street, tmp_path):
+    params = tmp_path / "alone.toml"
+    params.write_text((PARAMS / "street.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    done = run("gpom-eval", "street", "--scans", street, "--truth", street.with_name("truth.pgm"),
+               "--params", params, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert "left out" in done.stdout
+    assert list(report_of(tmp_path / "out")["by_key"]) == ["gp_query", "grid", "wide_grid"]
+
+
+# ---- bad input ----------------------------------------------------------------------------------
+
+def refused(done, tool, *names):
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert len(done.stderr.splitlines()) == 1, done.stderr
+    assert done.stderr.startswith(f"{tool}: ")
+    for name in names:
+        assert name in done.stderr
+
+
+@pytest.mark.parametrize("option", ["--scans", "--truth", "--params", "--map-frame-params"])
+def test_a_missing_file_is_refused_and_nothing_is_written(run, street, tmp_path, option):
+    files = {"--scans": street, "--truth": street.with_name("truth.pgm"),
+             "--params": PARAMS / "street.toml", "--map-frame-params": PARAMS / "street_paper.toml",
+             option: tmp_path / "nowhere.file"}
+    arguments = [word for pair in files.items() for word in pair]
+    done = run("gpom-eval", "street", *arguments, "--out", tmp_path / "out")
+    refused(done, "gpom-eval", "nowhere.file")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("option, value", [
+    ("--points", "0"), ("--points", "many"), ("--grid-cell", "0"), ("--grid-cell", "nan"),
+    ("--grid-cell", "-1"), ("--seed", "-1"), ("--pionts", "5")])
+def test_an_absurd_street_option_is_refused_by_name(run, street, tmp_path, option, value):
+    done = evaluate_street(run, street, tmp_path / "out", option, value)
+    refused(done, "gpom-eval", option)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("option, value", [
+    ("--fraction", "0"), ("--fraction", "1"), ("--fraction", "nan"), ("--range-max", "0"),
+    ("--beam-width-deg", "180"), ("--beam-width-deg", "nan")])
+def test_an_absurd_log_option_is_refused_by_name(run, street, tmp_path, option, value):
+    done = run("gpom-eval", "log", "--scans", street, "--params", PARAMS / "indoor.toml",
+               "--out", tmp_path / "out", option, value)
+    refused(done, "gpom-eval", option)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_parameters_for_another_frame_are_refused_as_the_papers(run, street, tmp_path):
+    done = evaluate_street(run, street, tmp_path / "out",
+                           "--map-frame-params", PARAMS / "street.toml")
+    refused(done, "gpom-eval", "street.toml", "frame")
+
+
+def test_an_output_folder_that_is_a_file_is_refused(run, street, tmp_path):
+    (tmp_path / "out").write_text("mine", encoding="utf-8")
+    refused(evaluate_street(run, street, tmp_path / "out"), "gpom-eval", "out")
+    assert (tmp_path / "out").read_text(encoding="utf-8") == "mine"
+
+
+# ---- gpom-plot and the demo ---------------------------------------------------------------------
+
+def test_pictures_of_a_street_are_drawn(run, street_eval, tmp_path):
+    done = run("gpom-plot", street_eval[0], "--out", tmp_path / "pictures")
+    assert done.returncode == 0, done.stderr
+    for name in ("map.png", "roc.png"):
+        content = (tmp_path / "pictures" / name).read_bytes()
+        assert content.startswith(PNG_START) and len(content) > 30_000
+        assert str(tmp_path / "pictures" / name) in done.stdout.splitlines()
+
+
+def test_pictures_of_a_log_are_drawn(run, intel_eval, tmp_path):
+    done = run("gpom-plot", intel_eval, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in tmp_path.iterdir()} == {"map.png", "roc.png"}
+
+
+@pytest.mark.parametrize("name", sorted(FILES - {"points.csv", "grid.csv"} | {"truth.pgm"}))
+@pytest.mark.parametrize("spoil", ["missing", "empty", "header"])
+def test_a_spoilt_folder_is_refused_by_file(run, street_eval, tmp_path, name, spoil):
+    folder = tmp_path / "in"
+    folder.mkdir()
+    for path in street_eval[0].iterdir():
+        content = path.read_bytes()
+        if path.name == name:
+            content = content.split(b"\n")[0] + b"\n" if spoil == "header" else b""
+        if path.name != name or spoil != "missing":
+            (folder / path.name).write_bytes(content)
+    done = run("gpom-plot", folder, "--out", tmp_path / "out")
+    refused(done, "gpom-plot", name)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_folder_and_a_misspelt_option_are_refused(run, tmp_path):
+    refused(run("gpom-plot", tmp_path / "nowhere"), "gpom-plot", "nowhere")
+    refused(run("gpom-plot", tmp_path, "--uot", "x"), "gpom-plot", "--uot")
+
+
+def test_help_exits_0(run):
+    for arguments in (("gpom-plot", "--help"), ("gpom-eval", "--help"),
+                      ("gpom-eval", "street", "--help"), ("gpom-eval", "log", "--help")):
+        done = run(*arguments)
+        assert done.returncode == 0 and done.stderr == "" and "--help" in done.stdout
+
+
+def demo(tool, *arguments):
+    environment = dict(os.environ, GPOM_BUILD=str(tool("gpom-eval").parent))
+    return subprocess.run([ROOT / "tools" / "demo", *map(str, arguments)], env=environment,
+                          capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_the_demo_draws_a_street_and_names_its_pictures(tool):
+    done = demo(tool)
+    assert done.returncode == 0, done.stderr
+    pictures = [pathlib.Path(line) for line in done.stdout.splitlines() if line.endswith(".png")]
+    assert [path.name for path in pictures] == ["map.png", "roc.png"]
+    assert all(path.is_absolute() and path.is_file() for path in pictures)
+
+
+def test_the_demo_refuses_a_missing_log(tool):
+    refused(demo(tool, "nowhere.log.gz"), "demo", "nowhere.log.gz")

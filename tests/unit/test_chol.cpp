@@ -1,0 +1,222 @@
+// The lane Cholesky factor against Eigen's in double.
+#include "tests/unit/reference.hpp"
+
+#include "src/chol.hpp"
+
+using namespace reference;
+
+namespace
+{
+
+constexpr std::size_t kNMax = 64;
+
+/// A factor of up to kNMax rows with its arrays, W matrices at once.
+template <int W> struct LaneFactor {
+    using F = Lanes<W>;
+    std::vector<F> l, inv_diagonal;
+    gpom::Factor<F> factor;
+
+    explicit LaneFactor(std::size_t n)
+        : l(gpom::tri(n)), inv_diagonal(n), factor{l.data(), inv_diagonal.data(), F{}}
+    {
+    }
+
+    void load(int lane, const Eigen::MatrixXf &A)
+    {
+        for (Eigen::Index i = 0; i < A.rows(); ++i) {
+            for (Eigen::Index j = 0; j <= i; ++j) {
+                gpom::lane::set(
+                    l[gpom::tri(static_cast<std::size_t>(i)) + static_cast<std::size_t>(j)], lane,
+                    A(i, j));
+            }
+        }
+    }
+
+    void run()
+    {
+        for (std::size_t i = 0; i < inv_diagonal.size(); ++i) {
+            gpom::factor_row(factor, i);
+        }
+    }
+
+    /// All numbers of one lane that a good factor defines.
+    std::vector<float> lane_bits(int lane) const
+    {
+        std::vector<float> bits;
+        for (std::size_t i = 0; i < inv_diagonal.size(); ++i) {
+            for (std::size_t j = 0; j < i; ++j) {
+                bits.push_back(gpom::lane::get(l[gpom::tri(i) + j], lane));
+            }
+            bits.push_back(gpom::lane::get(inv_diagonal[i], lane));
+        }
+        return bits;
+    }
+};
+
+/// A random covariance-like matrix: positive definite, eigenvalues from 0.1 up.
+Eigen::MatrixXf random_matrix(Random &random, Eigen::Index n)
+{
+    Eigen::MatrixXd B(n, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        for (Eigen::Index j = 0; j < n; ++j) {
+            B(i, j) = random.uniform(-1.0, 1.0);
+        }
+    }
+    const Eigen::MatrixXd A =
+        B * B.transpose() / static_cast<double>(n) + 0.1 * Eigen::MatrixXd::Identity(n, n);
+    return A.cast<float>();
+}
+
+template <int W> void check_against_eigen(Eigen::Index n)
+{
+    Random random(30 + static_cast<std::uint64_t>(n));
+    LaneFactor<W> lanes(static_cast<std::size_t>(n));
+    std::vector<Eigen::MatrixXf> matrices;
+    for (int i = 0; i < W; ++i) {
+        matrices.push_back(random_matrix(random, n));
+        lanes.load(i, matrices.back());
+    }
+    lanes.run();
+    for (int i = 0; i < W; ++i) {
+        const Eigen::MatrixXd A = matrices[static_cast<std::size_t>(i)].cast<double>();
+        const Eigen::MatrixXd L = A.llt().matrixL();
+        const std::vector<float> got = lanes.lane_bits(i);
+        double worst = 0.0;
+        std::size_t at = 0;
+        for (Eigen::Index r = 0; r < n; ++r) {
+            for (Eigen::Index c = 0; c < r; ++c) {
+                worst = std::max(worst, std::abs(static_cast<double>(got[at++]) - L(r, c)));
+            }
+            worst = std::max(worst, std::abs(static_cast<double>(got[at++]) * L(r, r) - 1.0));
+        }
+        CHECK(worst <= 2e-5);
+        CHECK(gpom::lane::get(lanes.factor.bad, i) == 0.0f);
+    }
+}
+
+template <int W> void check_forward(std::size_t n)
+{
+    using F = Lanes<W>;
+    Random random(40);
+    LaneFactor<W> lanes(n);
+    const Eigen::MatrixXf A = random_matrix(random, static_cast<Eigen::Index>(n));
+    Eigen::VectorXd b(n);
+    std::vector<F> z(n);
+    for (int i = 0; i < W; ++i) {
+        lanes.load(i, A);
+    }
+    lanes.run();
+    for (std::size_t i = 0; i < n; ++i) {
+        const float b_i = random.uniform_f(-1.0, 1.0);
+        b(static_cast<Eigen::Index>(i)) = b_i;
+        z[i] = gpom::forward(lanes.factor, i, gpom::lane::splat<F>(b_i), z.data());
+    }
+    const Eigen::VectorXd truth = A.cast<double>().llt().matrixL().solve(b);
+    for (std::size_t i = 0; i < n; ++i) {
+        CHECK(static_cast<double>(gpom::lane::get(z[i], W - 1)) ==
+              doctest::Approx(truth(static_cast<Eigen::Index>(i))).epsilon(1e-4));
+    }
+}
+
+/// One lane's matrix gets `bad` on its diagonal, or a value that makes the pivot negative.
+template <int W> void check_bad_pivot(float bad, Eigen::Index row, int bad_lane)
+{
+    constexpr Eigen::Index kN = 5;
+    Random random(50);
+    LaneFactor<W> clean(kN);
+    LaneFactor<W> spoilt(kN);
+    for (int i = 0; i < W; ++i) {
+        Eigen::MatrixXf A = random_matrix(random, kN);
+        clean.load(i, A);
+        A(row, row) = i == bad_lane ? bad : A(row, row);
+        spoilt.load(i, A);
+    }
+    clean.run();
+    spoilt.run();
+    for (int i = 0; i < W; ++i) {
+        const bool is_bad = i == bad_lane;
+        CHECK(gpom::lane::get(spoilt.factor.bad, i) == (is_bad ? 1.0f : 0.0f));
+        const std::vector<float> bits = spoilt.lane_bits(i);
+        if (is_bad) {
+            const std::size_t n_valid = gpom::tri(static_cast<std::size_t>(row));
+            CHECK(std::equal(bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(n_valid),
+                             clean.lane_bits(i).begin()));
+            CHECK(std::isfinite(
+                gpom::lane::get(spoilt.inv_diagonal[static_cast<std::size_t>(row)], i)));
+        } else {
+            CHECK(same_bits(bits, clean.lane_bits(i)));
+        }
+    }
+}
+
+} // namespace
+
+// The factor of any size up to the most points is Eigen's, in each lane its own.
+TEST_CASE("factor_row gives Eigen's factor")
+{
+    GPOM_TELL_SEED();
+    for (const Eigen::Index n : {1, 2, 3, 7, 16, 33, 64}) {
+        CAPTURE(n);
+        check_against_eigen<1>(n);
+        check_against_eigen<4>(n);
+        check_against_eigen<8>(n);
+        check_against_eigen<16>(n);
+    }
+}
+
+// Forward substitution solves L z = b.
+TEST_CASE("forward solves with the factor")
+{
+    GPOM_TELL_SEED();
+    for (const std::size_t n : {std::size_t{1}, std::size_t{2}, std::size_t{16}, kNMax}) {
+        check_forward<1>(n);
+        check_forward<4>(n);
+        check_forward<16>(n);
+    }
+}
+
+// Every way in which a pivot can be unusable is noted in its own lane; the rows before it survive,
+// no NaN stands on the diagonal, and the other lanes keep every bit.
+TEST_CASE("a bad pivot is noted in its lane and touches no other")
+{
+    GPOM_TELL_SEED();
+    for (const float bad : {0.0f, -0.0f, -1.0f, -1e30f, kNan, kInf, -kInf}) {
+        for (const Eigen::Index row : {0, 1, 4}) {
+            CAPTURE(bad);
+            CAPTURE(row);
+            check_bad_pivot<1>(bad, row, 0);
+            for (int lane = 0; lane < 4; ++lane) {
+                check_bad_pivot<4>(bad, row, lane);
+            }
+            check_bad_pivot<8>(bad, row, 5);
+            check_bad_pivot<16>(bad, row, 15);
+        }
+    }
+}
+
+// A matrix that stops being positive definite by its off-diagonal is caught as well: the second of
+// two equal rows leaves a pivot of exactly 0.
+TEST_CASE("two equal rows without noise are a bad pivot")
+{
+    LaneFactor<4> lanes(2);
+    Eigen::MatrixXf A(2, 2);
+    A << 4.0f, 4.0f, 4.0f, 4.0f;
+    for (int i = 0; i < 4; ++i) {
+        A(1, 1) = i == 2 ? 4.0f : 5.0f;
+        lanes.load(i, A);
+    }
+    lanes.run();
+    for (int i = 0; i < 4; ++i) {
+        CHECK(gpom::lane::get(lanes.factor.bad, i) == (i == 2 ? 1.0f : 0.0f));
+    }
+}
+
+// Places in the packed triangle are dense: row i starts behind the i (i + 1) / 2 before it.
+TEST_CASE("tri counts the elements of the rows above")
+{
+    std::size_t n = 0;
+    for (std::size_t i = 0; i <= kNMax; ++i) {
+        CHECK(gpom::tri(i) == n);
+        n += i + 1;
+    }
+}

@@ -1,0 +1,266 @@
+#!/usr/bin/env python3
+"""Pictures of what gpom-eval wrote: the map beside its rivals, as in the paper's Figs. 2 and 3.
+
+Makes map.png (truth, hits, occupancy grid, variance, probability, classes) and roc.png (ROC curves
+and reliability).
+"""
+import argparse
+import csv
+import json
+import os
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")  # no display needed; before pyplot
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.colors import BoundaryNorm, ListedColormap  # noqa: E402
+
+EXIT_USAGE = 2
+CLASSES = ("free", "unsure", "occupied")
+CLASS_COLOURS = ListedColormap(["white", "0.6", "black"])
+METHOD_STYLES = {"gp_query": ("tab:blue", "-"), "gp_map": ("tab:cyan", "-."),
+                 "grid": ("tab:red", "-"), "wide_grid": ("tab:orange", "-")}
+DOTS_PER_INCH = 130
+
+
+class InputError(Exception):
+    """Something about the input that one line can say."""
+
+
+# ---- reading ------------------------------------------------------------------------------------
+
+def read_columns(path):
+    """Columns of a CSV file by name: numbers where all are, else text."""
+    with open(path, encoding="utf-8", newline="") as source:
+        rows = list(csv.reader(source))
+    if len(rows) < 2:
+        raise InputError(f"{path}: no rows; run gpom-eval --out again")
+    header, body = rows[0], rows[1:]
+    for number, row in enumerate(body, 2):
+        if len(row) != len(header):
+            raise InputError(f"{path}:{number}: {len(row)} fields, expected {len(header)}")
+    columns = {}
+    for name, column in zip(header, zip(*body)):
+        try:
+            columns[name] = np.array(column, dtype=float)
+        except ValueError:
+            if name != "class":
+                raise InputError(f"{path}: column {name} has something that is no number") from None
+            columns[name] = np.array(column)
+    return columns
+
+
+def require(path, columns, *names):
+    missing = [name for name in names if name not in columns]
+    if missing:
+        raise InputError(f"{path}: no column {', '.join(missing)}; not written by gpom-eval")
+
+
+def read_raster(path, *names):
+    """Images of the named columns, row 0 south, and their extent (west, east, south, north)."""
+    columns = read_columns(path)
+    require(path, columns, "x", "y", *names)
+    x, ix = np.unique(columns["x"], return_inverse=True)
+    y, iy = np.unique(columns["y"], return_inverse=True)
+    if len(x) < 2 or len(y) < 2 or len(x) * len(y) != len(ix):
+        raise InputError(f"{path}: not a full raster of two or more rows and columns")
+    images = []
+    for name in names:
+        image = np.empty((len(y), len(x)), dtype=columns[name].dtype)
+        image[iy, ix] = columns[name]
+        images.append(image)
+    half_x, half_y = (x[1] - x[0]) / 2, (y[1] - y[0]) / 2
+    return images, (x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y)
+
+
+def read_truth(path):
+    """Occupancy, row 0 south, and its extent, from a PGM image of gpom-sim."""
+    content = path.read_bytes()
+    lines = content.split(b"\n")
+    n_header = next((i + 1 for i, line in enumerate(lines) if line == b"255"), None)
+    place = next((line.split() for line in lines[:n_header or 0]
+                  if line.startswith(b"# gpom-truth 1 ")), None)
+    if n_header is None or place is None or lines[0] != b"P5":
+        raise InputError(f"{path}: not an image of truth written by gpom-sim")
+    nx, ny = (int(word) for word in lines[n_header - 2].split())
+    x0, y0, cell = (float(word) for word in place[3:6])
+    pixels = np.frombuffer(content[-nx * ny:], dtype=np.uint8)
+    if pixels.size != nx * ny:
+        raise InputError(f"{path}: image is too short")
+    return pixels.reshape(ny, nx)[::-1] == 0, (x0, x0 + nx * cell, y0, y0 + ny * cell)
+
+
+def read_report(path):
+    try:
+        report = json.loads(path.read_text(encoding="utf-8"))
+        _ = [method["all"]["roc"]["fp"] for method in report["methods"]]
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: not written by gpom-eval ({error})") from error
+    return report
+
+
+# ---- the map, as Fig. 2 -------------------------------------------------------------------------
+
+def show(axes, image, extent, **style):
+    return axes.imshow(image, origin="lower", extent=extent, interpolation="nearest", **style)
+
+
+def colour_bar(axes, image, label, **style):
+    axes.figure.colorbar(image, ax=axes, fraction=0.038, pad=0.02, label=label, **style)
+
+
+def show_probability(axes, image, extent):
+    shown = show(axes, image, extent, cmap="gray_r", vmin=0, vmax=1)
+    colour_bar(axes, shown, "probability of occupancy [1]")
+
+
+def show_classes(axes, names, extent):
+    numbers = np.select([names == name for name in CLASSES], range(len(CLASSES)))
+    norm = BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3)
+    shown = show(axes, numbers, extent, cmap=CLASS_COLOURS, norm=norm)
+    colour_bar(axes, shown, "class", ticks=range(3), format=lambda i, _: CLASSES[int(i)])
+
+
+def draw_ground(axes, folder, report, hits, poses):
+    """The truth of a street; of a log the next best, all returns."""
+    if report["mode"] == "street":
+        occupied, extent = read_truth(folder / "truth.pgm")
+        show(axes, occupied, extent, cmap="gray_r", vmin=0, vmax=1)
+        axes.set_title("(a) Ground truth, robot positions")
+    else:
+        axes.plot(hits["x"], hits["y"], ",", color="0.45", alpha=0.5)
+        axes.set_title("(a) All returns, robot positions")
+    axes.plot(poses["x"], poses["y"], ".", color="red", markersize=4)
+
+
+def map_figure(folder, report):
+    (variance, probability, classes), extent = read_raster(
+        folder / "map.csv", "variance", "probability", "class")
+    (grid,), grid_extent = read_raster(folder / "wide_grid.csv", "probability")
+    hits, poses = read_columns(folder / "hits.csv"), read_columns(folder / "poses.csv")
+    require(folder / "hits.csv", hits, "x", "y", "in_map")
+    require(folder / "poses.csv", poses, "x", "y")
+    height = 7 * (extent[3] - extent[2]) / (extent[1] - extent[0])
+    figure, panels = plt.subplots(2, 3, figsize=(19, min(max(height, 4), 9) * 1.6 + 1),
+                                  sharex=True, sharey=True, layout="constrained")
+    (ground, points, rival), (spread, chance, decided) = panels
+    draw_ground(ground, folder, report, hits, poses)
+    kept = hits["in_map"] > 0
+    points.plot(hits["x"][kept], hits["y"][kept], ".", color="black", markersize=2.5)
+    points.set_title("(b) Laser hits in the map")
+    show_probability(rival, grid, grid_extent)
+    rival.set_title("(c) Occupancy grid, widened beams")
+    colour_bar(spread, show(spread, variance, extent, cmap="viridis"), "variance [1]")
+    spread.set_title("(d) GP: predictive variance")
+    show_probability(chance, probability, extent)
+    chance.set_title("(e) GP: probability of occupancy")
+    show_classes(decided, classes, extent)
+    decided.set_title("(f) GP: classes")
+    for axes in panels.flat:
+        axes.set(aspect="equal", xlim=extent[:2], ylim=extent[2:])
+    for axes in panels[1]:
+        axes.set_xlabel("x [m]")
+    for axes in panels[:, 0]:
+        axes.set_ylabel("y [m]")
+    return figure
+
+
+# ---- ROC and reliability, as Fig. 3 -------------------------------------------------------------
+
+def draw_roc(axes, methods, part):
+    for method in methods:
+        colour, line = METHOD_STYLES.get(method["key"], ("black", ":"))
+        metrics = method[part]
+        axes.plot(metrics["roc"]["fp"], metrics["roc"]["tp"], color=colour, linestyle=line,
+                  label=f"{method['label']}: AUC {metrics['auc']:.4f}")
+    axes.plot([0, 1], [0, 1], "--", color="tab:green", label="chance: AUC 0.5")
+    axes.axhline(0.95, color="0.8", linewidth=0.8, zorder=0)
+    axes.set(xlabel="false-positive rate [1]", ylabel="true-positive rate [1]", aspect="equal",
+             xlim=(-0.01, 1.01), ylim=(-0.01, 1.01))
+    axes.legend(loc="lower right")
+
+
+def draw_reliability(axes, methods, part):
+    """A dot's area is its bin's share of the points: small ones say little."""
+    for method in methods:
+        colour, line = METHOD_STYLES.get(method["key"], ("black", ":"))
+        metrics = method[part]
+        bins = [b for b in metrics["reliability"] if b["points"] > 0]
+        x = [b["mean_probability"] for b in bins]
+        y = [b["share_occupied"] for b in bins]
+        axes.plot(x, y, color=colour, linestyle=line, linewidth=1,
+                  label=f"{method['label']}: ECE {metrics['ece']:.4f}")
+        axes.scatter(x, y, color=colour,
+                     s=[1 + 300 * b["points"] / metrics["points"] for b in bins])
+    axes.plot([0, 1], [0, 1], "--", color="0.5", label="calibrated")
+    axes.set(xlabel="mean probability in the bin [1]", ylabel="share occupied [1]",
+             aspect="equal", xlim=(-0.01, 1.01), ylim=(-0.01, 1.01),
+             title="Reliability (dot area: share of the points)")
+    axes.legend(loc="upper left")
+
+
+def roc_figure(report):
+    methods = report["methods"]
+    part = "near" if all("near" in method for method in methods) else "all"
+    figure, (left, right) = plt.subplots(1, 2, figsize=(14, 7), layout="constrained")
+    draw_roc(left, methods, part)
+    left.set_title("ROC, points within 5 m of a beam" if part == "near" else "ROC, held-out beams")
+    draw_reliability(right, methods, part)
+    return figure
+
+
+# ---- command line -------------------------------------------------------------------------------
+
+def save(figures):
+    """All pictures or none: written beside their targets, then renamed."""
+    staged = [(path.with_name(f".{path.stem}.{os.getpid()}.png"), path) for path in figures]
+    try:
+        for temporary, path in staged:
+            figures[path].savefig(temporary, dpi=DOTS_PER_INCH)
+        for temporary, path in staged:
+            os.replace(temporary, path)
+    finally:
+        for temporary, _ in staged:
+            temporary.unlink(missing_ok=True)
+
+
+def plot(folder, out):
+    if not folder.is_dir():
+        raise InputError(f"{folder}: no such folder; give what gpom-eval --out wrote")
+    report = read_report(folder / "eval.json")
+    figures = {out / "map.png": map_figure(folder, report), out / "roc.png": roc_figure(report)}
+    out.mkdir(parents=True, exist_ok=True)
+    save(figures)
+    for path in figures:
+        print(path)
+
+
+class OneLineParser(argparse.ArgumentParser):
+    def error(self, message):
+        self.exit(EXIT_USAGE, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def main():
+    parser = OneLineParser(prog="gpom-plot", description=__doc__,
+                           formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", metavar="DIR", type=pathlib.Path,
+                        help="folder that gpom-eval --out wrote")
+    parser.add_argument("--out", metavar="DIR", type=pathlib.Path,
+                        help="folder for the pictures (default: the same)")
+    arguments = parser.parse_args()
+    try:
+        plot(arguments.folder, arguments.out or arguments.folder)
+    except InputError as error:
+        print(f"gpom-plot: {error}", file=sys.stderr)
+        return EXIT_USAGE
+    except OSError as error:
+        print(f"gpom-plot: {error.filename}: {error.strerror}", file=sys.stderr)
+        return EXIT_USAGE
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
