@@ -64,6 +64,7 @@ COMMON    := $(CPU_FLAGS) $(MODE) $(WARN) $(NUMERICS) $(INCLUDES)
 CORE_FLAGS := -std=c++17 $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \
               -fno-exceptions -fno-rtti -fno-threadsafe-statics \
               -ffunction-sections -fdata-sections -fvisibility=hidden $(CXXFLAGS)
+TOOL_LIBS  := -lz -loctomap -loctomath
 HOST_FLAGS := -std=c++17 $(COMMON) -pthread $(CXXFLAGS)
 C99_FLAGS  := -std=c99 -pedantic-errors $(COMMON) $(CFLAGS)
 PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
@@ -81,7 +82,8 @@ TEST_OBJ  := $(call objects,$(wildcard tests/unit/*.cpp tests/property/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
 TOOLS     := $(subst _,-,$(TOOL_SRC:tools/%.cpp=$(BUILD)/%))
-SCRIPTS   := $(subst _,-,$(patsubst tools/%.py,$(BUILD)/%,$(wildcard tools/gpom_*.py)))
+SCRIPT_SRC := $(wildcard tools/gpom_*.py) tools/exact_gp.py
+SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
 
 # --- Public targets ----------------------------------------------------------------------------
 
@@ -93,6 +95,9 @@ help: ## List the targets
 lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the library
 
 tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
+
+results: tools ## Judge all methods on all logs of DATA and on streets: RESULTS.md (minutes)
+	$(Q)$(BUILD)/gpom-results --build $(BUILD) --data $(DATA) --out RESULTS.md
 
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
@@ -126,8 +131,8 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools demo test test-all lint format check-symbols firmware test-firmware \
-        clean distclean test-programs unit firmware-image FORCE
+.PHONY: help lib tools demo results test test-all lint format check-symbols firmware \
+        test-firmware clean distclean test-programs unit firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -185,14 +190,14 @@ $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
 .SECONDEXPANSION: # gpom-some-tool is made from tools/gpom_some_tool.cpp
 $(TOOLS): $(BUILD)/%: $(BUILD)/obj/tools/$$(subst -,_,$$*).o $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
 $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 	@mkdir -p $(@D)
 	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' $(abspath build/venv/bin/python) $(abspath $<) > $@
 	@chmod +x $@
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
 
 $(STREET)/street.h: tools/street_header.py tools/params/street.toml tests/firmware/points.csv
 	$(Q)$(MAKE) CROSS= CPU= CONFIG=release build/host-release/gpom-sim

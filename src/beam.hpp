@@ -16,7 +16,8 @@ struct Beam {
     float range_m;      ///< Raw range, or the usable maximum if there was no return.
     float excess; ///< w = 1 / rho^2 - 1 >= 0: how much its noise is raised (scan.h); 0: known.
     uint32_t id;  ///< Order of insertion.
-    uint32_t is_hit;
+    uint32_t is_hit : 1;
+    uint32_t scan : 31; ///< Number of its scan, modulo 2^31.
 };
 static_assert(sizeof(Beam) == 40, "GPOM_MAP_BYTES counts on it");
 
@@ -34,12 +35,14 @@ inline Point end_of(const Segment &s)
     return {s.x_m + s.length_m * s.dir_x, s.y_m + s.length_m * s.dir_y};
 }
 
-/// The occupied part of a beam that returned: its hit, a segment of no length.
+/// The occupied part of a beam that returned: from its hit on, in the paper's model of no length.
 struct HitPart {
+    float depth_m;
+
     Segment operator()(const Beam &beam) const
     {
         return {beam.x_m + beam.range_m * beam.dir_x, beam.y_m + beam.range_m * beam.dir_y,
-                beam.dir_x, beam.dir_y, 0.0f};
+                beam.dir_x, beam.dir_y, depth_m};
     }
 };
 

@@ -52,6 +52,22 @@ template <class F> inline F exp_nonpositive(F x)
     return lane::select(x < -87.0f, lane::splat<F>(0.0f), scaled);
 }
 
+/// Natural logarithm of a positive, normal x: 2 atanh((m - 1) / (m + 1)) of the mantissa m by its
+/// series. Absolute error <= 4e-7 for 0.01 <= x <= 100.
+template <class F> inline F log_positive(F x)
+{
+    constexpr float kLn2 = 0.693147181f;
+    constexpr float kSqrt2 = 1.41421356f;
+    constexpr float kSeries[] = {1.0f, 0.333333333f, 0.2f, 0.142857143f, 0.111111111f};
+    const F unit = lane::mantissa(x);
+    const F power = lane::exponent(x);
+    const auto above = unit > kSqrt2;
+    const F m = lane::select(above, F(0.5f * unit), unit);
+    const F n = lane::select(above, F(power + 1.0f), power);
+    const F s = (m - 1.0f) / (m + 1.0f);
+    return lane::fma(n, lane::splat<F>(kLn2), F(2.0f * s * horner(kSeries, F(s * s))));
+}
+
 /// Standard normal distribution function Phi(z). Absolute error <= 2.4e-7; the lower tail keeps a
 /// relative error <= 7e-6 down to z = -13.
 template <class F> inline F normal_cdf(F z)

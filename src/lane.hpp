@@ -126,6 +126,19 @@ template <class F> inline F scale_exponent(F x, IntOf<F> n_bits)
     return x;
 }
 
+/// m and n of a positive, normal x = m 2^n, 1 <= m < 2.
+template <class F> inline F mantissa(F x)
+{
+    return from_bits<F>((bits_of(x) & INT32_C(0x007fffff)) | INT32_C(0x3f800000));
+}
+
+template <class F> inline F exponent(F x)
+{
+    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: its low bits count units
+    const IntOf<F> n = (bits_of(x) >> 23) - 127;
+    return from_bits<F>(bits_of(splat<F>(kRound)) + n) - kRound;
+}
+
 /// |magnitude| with the sign of `sign`; magnitude must not be negative.
 template <class F> inline F with_sign(F magnitude, F sign)
 {

@@ -83,6 +83,7 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     made.kernel = gpom::kernel_constants(config->params);
     made.prior_variance = gpom_params_prior_variance(&config->params);
     made.prior_probability = gpom_params_prior_probability(&config->params);
+    made.hit_part = {config->params.depth_m};
     made.free_part = {config->params.gap_m};
     carve_arrays(made, layout);
     made.magic = gpom::kMapMagic;

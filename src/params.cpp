@@ -1,7 +1,7 @@
 #include "gpom/params.h"
 
 #include "src/classify.hpp"
-#include "src/kernel.hpp"
+#include "src/context.hpp"
 
 void gpom_params_init(gpom_params_t *params)
 {
@@ -96,6 +96,43 @@ const char *problem_of_neighbours(const gpom_params_t &p)
     return nullptr;
 }
 
+const char *problem_of_context(const gpom_params_t &p)
+{
+    if (p.scan_points_max > GPOM_POINTS_MAX) {
+        return "scan_points_max: at most 64";
+    }
+    if (!is_within(p.depth_m, 0.0f, 5.0f)) {
+        return "depth_m: must be from 0 to 5";
+    }
+    if (!is_within(p.anisotropy, 0.0f, 1.0f)) {
+        return "anisotropy: must be from 0 to 1";
+    }
+    if (p.anisotropy > 0.0f && p.frame == GPOM_FRAME_MAP) {
+        return "anisotropy: must be 0 in the map frame";
+    }
+    if (!is_within(p.vote, -kMost, kMost)) {
+        return "vote: must be from -1e6 to 1e6";
+    }
+    return nullptr;
+}
+
+const char *problem_of_log_terms(const gpom_params_t &p)
+{
+    if (!is_within(p.log_hit_first, -kMost, kMost)) {
+        return "log_hit_first: must be from -1e6 to 1e6";
+    }
+    if (!is_within(p.log_hit_last, -kMost, kMost)) {
+        return "log_hit_last: must be from -1e6 to 1e6";
+    }
+    if (!is_within(p.log_free_first, -kMost, kMost)) {
+        return "log_free_first: must be from -1e6 to 1e6";
+    }
+    if (!is_within(p.log_free_last, -kMost, kMost)) {
+        return "log_free_last: must be from -1e6 to 1e6";
+    }
+    return nullptr;
+}
+
 const char *problem_of_sigmoid(const gpom_params_t &p)
 {
     if (!is_scale(p.alpha)) {
@@ -118,7 +155,8 @@ const char *problem_of_sigmoid(const gpom_params_t &p)
 const char *problem_of(const gpom_params_t &p)
 {
     const char *(*const checks[])(const gpom_params_t &) = {
-        problem_of_kernel, problem_of_noise, problem_of_neighbours, problem_of_sigmoid};
+        problem_of_kernel,  problem_of_noise,     problem_of_neighbours,
+        problem_of_context, problem_of_log_terms, problem_of_sigmoid};
     for (const auto check : checks) {
         const char *const problem = check(p);
         if (problem != nullptr) {
@@ -152,6 +190,12 @@ float gpom_params_prior_variance(const gpom_params_t *params)
 
 float gpom_params_prior_probability(const gpom_params_t *params)
 {
-    return params == nullptr ? 0.0f
-                             : gpom::squash(*params, 0.0f, gpom_params_prior_variance(params));
+    if (params == nullptr) {
+        return 0.0f;
+    }
+    const float log_reach = gpom::log_positive(gpom::kContextReach_m + gpom::kLogFloor_m);
+    const float offset =
+        params->beta + log_reach * (params->log_hit_first + params->log_hit_last +
+                                    params->log_free_first + params->log_free_last);
+    return gpom::squash(*params, 0.0f, gpom_params_prior_variance(params), offset);
 }

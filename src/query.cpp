@@ -1,9 +1,7 @@
 #include "gpom/query.h"
 
 #include "src/classify.hpp"
-#include "src/local_gp.hpp"
-#include "src/map.hpp"
-#include "src/nearest.hpp"
+#include "src/neighbours.hpp"
 
 #include <float.h>
 
@@ -11,158 +9,6 @@ namespace gpom
 {
 namespace
 {
-
-constexpr int kLanes = GPOM_LANES;
-using F = lane::Lane<kLanes>::F;
-using I = lane::Lane<kLanes>::I;
-static_assert(kLanes <= static_cast<int>(GPOM_LANES_MAX),
-              "more lanes than GPOM_SCRATCH_BYTES knows");
-
-/// Up to kLanes queries computed together. Unused lanes repeat the first query.
-struct Packet {
-    F x_m, y_m;              ///< Relative to the map's origin.
-    I out_of_reach;          ///< 1: the point was refused; its lane computes the origin instead.
-    size_t i_answer[kLanes]; ///< Where the answers go.
-    int n;                   ///< Queries in the packet.
-};
-
-/// Everything one call works with, carved from the caller's scratch.
-struct Workspace {
-    Packet *packet;
-    Subtree *stack;
-    NearestK<F> hits, free;
-    Neighbourhood<F> points;
-    GpWork<F> gp;
-};
-
-/// Byte offsets in the scratch; lanes first, as they are the most strictly aligned.
-struct ScratchLayout {
-    size_t nearest, points, features, vectors, factor, packet, stack, total;
-};
-
-constexpr ScratchLayout scratch_layout(size_t n)
-{
-    const size_t nearest = 0; // d2, id and slot
-    const size_t points = nearest + 3 * n * sizeof(F);
-    const size_t features = points + 3 * n * sizeof(F);
-    const size_t vectors = features + n * sizeof(Feature<F>); // u, v and 1 / diagonal
-    const size_t factor = vectors + 3 * n * sizeof(F);
-    const size_t packet = factor + tri(n) * sizeof(F);
-    const size_t stack = packet + align8(sizeof(Packet));
-    const size_t total = stack + kDepthMax * sizeof(Subtree);
-    return {nearest, points, features, vectors, factor, packet, stack, total};
-}
-
-/// What the start of the scratch may lose to alignment.
-constexpr size_t kScratchSlack = sizeof(F) - 1;
-
-constexpr size_t scratch_bytes(size_t n) { return scratch_layout(n).total + kScratchSlack; }
-
-static_assert(scratch_bytes(2) <= GPOM_SCRATCH_BYTES(2, kLanes), "public macro too small");
-static_assert(scratch_bytes(16) <= GPOM_SCRATCH_BYTES(16, kLanes), "public macro too small");
-static_assert(scratch_bytes(GPOM_POINTS_MAX) <= GPOM_SCRATCH_BYTES(GPOM_POINTS_MAX, kLanes),
-              "public macro too small");
-
-size_t neighbour_count(const gpom_map &map)
-{
-    return static_cast<size_t>(map.config.params.n_hits) + map.config.params.n_free;
-}
-
-NearestK<F> carve_nearest(void *mem, size_t n, size_t first, uint32_t k)
-{
-    return {carve<F>(mem, 0) + first, carve<I>(mem, n * sizeof(F)) + first,
-            carve<I>(mem, 2 * n * sizeof(F)) + first, k};
-}
-
-Workspace carve_workspace(const gpom_map &map, void *scratch)
-{
-    const size_t n = neighbour_count(map);
-    const uint32_t n_hits = map.config.params.n_hits;
-    const ScratchLayout layout = scratch_layout(n);
-    void *const mem =
-        reinterpret_cast<void *>(align_up(reinterpret_cast<uintptr_t>(scratch), sizeof(F)));
-    F *const xyn = carve<F>(mem, layout.points);
-    F *const uvd = carve<F>(mem, layout.vectors);
-    Workspace work = {};
-    work.packet = carve<Packet>(mem, layout.packet);
-    work.stack = carve<Subtree>(mem, layout.stack);
-    work.hits = carve_nearest(mem, n, 0, n_hits);
-    work.free = carve_nearest(mem, n, n_hits, map.config.params.n_free);
-    work.points = {xyn, xyn + n, xyn + 2 * n, n_hits, map.config.params.n_free};
-    work.gp = {carve<Feature<F>>(mem, layout.features),
-               uvd,
-               uvd + n,
-               {carve<F>(mem, layout.factor), uvd + 2 * n, F{}}};
-    return work;
-}
-
-/// Look at the beams that are not in the trees yet, one by one.
-void search_recent(const gpom_map &map, Workspace &work, const Offset<F> &at)
-{
-    for (uint32_t slot = map.n_indexed; slot < map.n_beams; ++slot) {
-        offer_beam(work.free, at, map.free_part, map.beams, slot);
-        if (map.beams[slot].is_hit != 0) {
-            offer_beam(work.hits, at, map.hit_part, map.beams, slot);
-        }
-    }
-}
-
-/// Where the neighbours that gather() brings go, and what kind they are.
-struct GatherTo {
-    size_t first; ///< Place of the nearest in the neighbourhood.
-    float sn2;    ///< Noise variance of a known one.
-};
-
-/// Bring what a search found into the neighbourhood: each lane's own beams, as points relative to
-/// its query, with their noise; a neighbour that was not found is absent.
-template <class Part>
-void gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
-            const GatherTo &to)
-{
-    const F zero = lane::splat<F>(0.0f);
-    const Offset<F> at = {work.packet->x_m, work.packet->y_m};
-    for (uint32_t j = 0; j < nearest.k; ++j) {
-        SegmentLanes<F> lanes = {at.x_m, at.y_m, zero, zero, zero};
-        F excess = zero;
-        for (int i = 0; i < kLanes; ++i) {
-            const int32_t slot = lane::get(nearest.slot[j], i);
-            if (slot >= 0) {
-                set_segment(lanes, i, part(map.beams[slot]));
-                lane::set(excess, i, map.beams[slot].excess);
-            }
-        }
-        const Offset<F> point = to_segment(at, lanes);
-        const F own_noise = noise_of(to.sn2, map.prior_variance, excess);
-        work.points.x_m[to.first + j] = point.x_m;
-        work.points.y_m[to.first + j] = point.y_m;
-        work.points.noise[to.first + j] =
-            lane::select(nearest.slot[j] >= 0, own_noise, lane::splat<F>(kAbsentNoise));
-    }
-}
-
-void find_neighbours(const gpom_map &map, Workspace &work)
-{
-    const Offset<F> at = {work.packet->x_m, work.packet->y_m};
-    work.hits.clear();
-    work.free.clear();
-    search_tree(work.hits, at, map.hit_part, map.hit_tree, work.stack);
-    search_tree(work.free, at, map.free_part, map.free_tree, work.stack);
-    search_recent(map, work, at);
-    gather(map, work, work.hits, map.hit_part, {0, map.config.params.sn2});
-    gather(map, work, work.free, map.free_part, {work.hits.k, map.config.params.sn2_free});
-    const Neighbourhood<F> &p = work.points;
-    merge_equal(p.x_m, p.y_m, p.noise, p.n_hits);
-    merge_equal(p.x_m + p.n_hits, p.y_m + p.n_hits, p.noise + p.n_hits, p.n_free);
-}
-
-uint8_t count_found(const NearestK<F> &nearest, int i_lane)
-{
-    uint8_t n = 0;
-    for (uint32_t j = 0; j < nearest.k; ++j) {
-        n = static_cast<uint8_t>(n + (lane::get(nearest.slot[j], i_lane) >= 0 ? 1 : 0));
-    }
-    return n;
-}
 
 gpom_answer_t prior_answer(const gpom_map &map, unsigned flag)
 {
@@ -174,21 +20,28 @@ gpom_answer_t prior_answer(const gpom_map &map, unsigned flag)
     return answer;
 }
 
-gpom_answer_t answer_of(const gpom_map &map, const Workspace &work, const Moments<F> &moments,
-                        int i)
+/// What eq. 7 needs of each lane, and its result.
+struct Answers {
+    Moments<F> moments;
+    F probability, n_hits, n_free;
+};
+
+gpom_answer_t answer_of(const gpom_map &map, const Packet &packet, const Answers &answers, int i)
 {
-    if (lane::get(work.packet->out_of_reach, i) != 0) {
+    if (lane::get(packet.out_of_reach, i) != 0) {
         return prior_answer(map, GPOM_ANSWER_OUT_OF_REACH);
     }
-    const F probability = squash(map.config.params, moments.mean, moments.variance);
     gpom_answer_t answer = {};
-    answer.mean = lane::get(moments.mean, i);
-    answer.variance = lane::get(moments.variance, i);
-    answer.probability = lane::get(probability, i);
+    answer.mean = lane::get(answers.moments.mean, i);
+    answer.variance = lane::get(answers.moments.variance, i);
+    answer.probability = lane::get(answers.probability, i);
+    if (lane::get(answers.moments.bad, i) > 0.0f) {
+        answer.probability = map.prior_probability;
+        answer.flags = GPOM_ANSWER_PIVOT;
+    }
     answer.cls = static_cast<uint8_t>(class_of(map.config.params, answer.probability));
-    answer.flags = lane::get(moments.bad, i) > 0.0f ? GPOM_ANSWER_PIVOT : 0;
-    answer.n_hits = count_found(work.hits, i);
-    answer.n_free = count_found(work.free, i);
+    answer.n_hits = static_cast<uint8_t>(lane::get(answers.n_hits, i));
+    answer.n_free = static_cast<uint8_t>(lane::get(answers.n_free, i));
     return answer;
 }
 
@@ -196,16 +49,22 @@ gpom_answer_t answer_of(const gpom_map &map, const Workspace &work, const Moment
 template <gpom_kernel_t K>
 unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answers)
 {
-    find_neighbours(map, work);
+    const Packet &packet = *work.packet;
+    const F offset = find_neighbours(map, work);
     const bool in_map_frame = map.config.params.frame == GPOM_FRAME_MAP;
     const F zero = lane::splat<F>(0.0f);
-    const Moments<F> moments =
-        predict<K>(map.kernel, work.points, work.gp, in_map_frame ? work.packet->x_m : zero,
-                   in_map_frame ? work.packet->y_m : zero);
+    Answers lanes = {};
+    lanes.moments =
+        predict<K>(map.kernel, work.points, work.gp, in_map_frame ? packet.at.x_m : zero,
+                   in_map_frame ? packet.at.y_m : zero);
+    lanes.probability =
+        squash(map.config.params, lanes.moments.mean, lanes.moments.variance, offset);
+    lanes.n_hits = count_found(work.hits, work.points.n_hits);
+    lanes.n_free = count_found(work.free, work.points.n_free);
     unsigned flags = 0;
-    for (int i = 0; i < work.packet->n; ++i) {
-        const gpom_answer_t answer = answer_of(map, work, moments, i);
-        answers[work.packet->i_answer[i]] = answer;
+    for (int i = 0; i < packet.n; ++i) {
+        const gpom_answer_t answer = answer_of(map, packet, lanes, i);
+        answers[packet.i_answer[i]] = answer;
         flags |= answer.flags;
     }
     return flags;
@@ -231,8 +90,7 @@ AnswerPacket answer_packet_for(int32_t kernel)
 
 void clear(Packet &packet)
 {
-    packet.x_m = lane::splat<F>(0.0f);
-    packet.y_m = lane::splat<F>(0.0f);
+    packet.at = {lane::splat<F>(0.0f), lane::splat<F>(0.0f)};
     packet.out_of_reach = lane::splat_int<I>(0);
     packet.n = 0;
 }
@@ -246,11 +104,10 @@ void add(Packet &packet, const gpom_map &map, const gpom_point_t &point, size_t 
     const float x_m = in_reach ? static_cast<float>(dx_m) : 0.0f;
     const float y_m = in_reach ? static_cast<float>(dy_m) : 0.0f;
     if (packet.n == 0) {
-        packet.x_m = lane::splat<F>(x_m);
-        packet.y_m = lane::splat<F>(y_m);
+        packet.at = {lane::splat<F>(x_m), lane::splat<F>(y_m)};
     }
-    lane::set(packet.x_m, packet.n, x_m);
-    lane::set(packet.y_m, packet.n, y_m);
+    lane::set(packet.at.x_m, packet.n, x_m);
+    lane::set(packet.at.y_m, packet.n, y_m);
     lane::set(packet.out_of_reach, packet.n, static_cast<int32_t>(in_reach ? 0 : 1));
     packet.i_answer[packet.n++] = i_answer;
 }
@@ -265,7 +122,7 @@ gpom_status_t status_of(unsigned flags)
 
 gpom_status_t check_scratch(const gpom_map &map, const gpom_scratch_t &scratch)
 {
-    const size_t needed = scratch_bytes(neighbour_count(map));
+    const size_t needed = scratch_bytes_of(map.config.params);
     return scratch.mem == nullptr || scratch.mem_bytes < needed ? GPOM_ERR_MEM : GPOM_OK;
 }
 
@@ -299,7 +156,7 @@ uint32_t gpom_lanes(void) { return static_cast<uint32_t>(gpom::kLanes); }
 
 size_t gpom_scratch_bytes(const gpom_map_t *map)
 {
-    return gpom::is_map(map) ? gpom::scratch_bytes(gpom::neighbour_count(*map)) : 0;
+    return gpom::is_map(map) ? gpom::scratch_bytes_of(map->config.params) : 0;
 }
 
 gpom_status_t gpom_query_points(const gpom_map_t *map, const gpom_point_t *points, size_t n_points,
@@ -315,7 +172,7 @@ gpom_status_t gpom_query_points(const gpom_map_t *map, const gpom_point_t *point
     if (status != GPOM_OK) {
         return status;
     }
-    gpom::Workspace work = gpom::carve_workspace(*map, scratch->mem);
+    gpom::Workspace work = gpom::carve_workspace(map->config.params, scratch->mem);
     const gpom::AnswerPacket answer_packet = gpom::answer_packet_for(map->config.params.kernel);
     unsigned flags = 0;
     for (size_t i = 0; i < n_points;) {
@@ -342,7 +199,7 @@ gpom_status_t gpom_query_raster(const gpom_map_t *map, const gpom_raster_t *rast
     if (status != GPOM_OK) {
         return status;
     }
-    gpom::Workspace work = gpom::carve_workspace(*map, scratch->mem);
+    gpom::Workspace work = gpom::carve_workspace(map->config.params, scratch->mem);
     const gpom::AnswerPacket answer_packet = gpom::answer_packet_for(map->config.params.kernel);
     unsigned flags = 0;
     for (uint32_t iy = 0; iy < raster->ny; iy += gpom::kBlockY) {

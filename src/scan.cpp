@@ -145,6 +145,7 @@ struct ScanContext {
     gpom::Pose T_map_sensor;
     Eigen::Vector2f sensor_m; ///< Sensor position relative to the map's origin.
     Eigen::Vector2f lever_m;  ///< From the robot to the sensor, map axes.
+    uint32_t scan;            ///< Number of the scan, modulo 2^32.
 };
 
 /// How much position uncertainty at the end of a beam raises its noise (scan.h). With rho the prior
@@ -180,11 +181,12 @@ Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, dou
     const double turned_rad = context.sensor.upside_down != 0 ? -bearing_rad : bearing_rad;
     const gpom::Direction direction = gpom::direction_of(context.T_map_sensor.yaw_rad + turned_rad);
     Beam beam = {};
+    beam.scan = context.scan & UINT32_C(0x7fffffff);
     beam.x_m = context.sensor_m.x();
     beam.y_m = context.sensor_m.y();
     beam.dir_x = direction.x;
     beam.dir_y = direction.y;
-    beam.is_hit = range_m < context.sensor.range_max_m ? 1 : 0;
+    beam.is_hit = range_m < context.sensor.range_max_m ? 1u : 0u;
     beam.range_m = beam.is_hit != 0 ? range_m : context.sensor.range_max_m;
     beam.excess = excess_of(map, context, beam);
     return beam;
@@ -245,7 +247,9 @@ gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
     }
     const Eigen::Vector2f lever_m =
         (T_map_sensor.position_m - T_map_robot.position_m).cast<float>();
+    const uint32_t scan_number = static_cast<uint32_t>(map->stats.scans_inserted);
     ++map->stats.scans_inserted;
-    return insert_beams(*map, *scan,
-                        {*sensor, pose->cov, T_map_sensor, sensor_m.cast<float>(), lever_m});
+    return insert_beams(
+        *map, *scan,
+        {*sensor, pose->cov, T_map_sensor, sensor_m.cast<float>(), lever_m, scan_number});
 }

@@ -3,6 +3,10 @@
 O'Callaghan, Ramos, Durrant-Whyte (2009), "Contextual Occupancy Maps using Gaussian Processes";
 equation numbers are the paper's.  Nothing here is taken from the library.  Arrays of points have
 the shape (..., 2); a leading axis counts the queries that are answered together.
+
+Beyond the paper, each switched off by its neutral value: an occupied depth behind the hits, a cap
+on the points of one scan, anisotropy along the hits' main axis, and in the argument of eq. 7 a vote
+of the beams' directions and the logarithms of four distances.
 """
 import csv
 import gzip
@@ -15,6 +19,8 @@ import numpy as np
 KERNELS = ("nn", "matern12", "matern32", "se", "askey")
 FRAMES = ("query", "map")
 CLASSES = ("free", "unsure", "occupied")
+FAR_M = 30.0        # distances of eq. 7's additions count no farther; the vote fades to 0 there
+LOG_OFFSET_M = 0.02  # keeps the logarithm of a distance finite
 
 
 @dataclass
@@ -35,12 +41,22 @@ class Params:
     p_occupied: float = 0.65
     p_free: float = 0.35
     frame: str = "query"
+    depth_m: float = 0.0       # a hit's occupied part reaches so far beyond it along the beam
+    scan_points_max: int = 0   # of each kind at most so many points of one scan; 0: no cap
+    anisotropy: float = 0.0    # 0: none .. 1: the hits' scatter becomes round
+    vote: float = 0.0          # weight of the vote of the hits' beam directions in eq. 7
+    log_hit_first: float = 0.0  # weights in eq. 7 of the logarithms of the distances to the first
+    log_hit_last: float = 0.0   # and the last chosen hit
+    log_free_first: float = 0.0
+    log_free_last: float = 0.0
 
     def __post_init__(self):
         if math.isnan(self.sn2_free):
             self.sn2_free = self.sn2
         if self.kernel not in KERNELS or self.frame not in FRAMES:
             raise ValueError(f"unknown kernel {self.kernel!r} or frame {self.frame!r}")
+        if self.anisotropy > 0.0 and self.frame != "query":
+            raise ValueError("anisotropy needs frame = \"query\"")
 
 
 def load_params(path):
@@ -108,6 +124,7 @@ class Beams:
     free_m: np.ndarray     # (n,) length of the free segment
     hit: np.ndarray        # (n, 2) [m]; NaN where there was no return
     position_std_m: np.ndarray  # (n,) 0: known exactly
+    scan: np.ndarray       # (n,) which scan of the file the beam belongs to
 
 
 def read_rows(path):
@@ -124,8 +141,8 @@ def read_beams(path, params):
 
 
 def beams_from_scans(rows, gap_m):
-    origin, direction, free_m, hit = [], [], [], []
-    for _, x, y, theta, angle_min, angle_step, range_max, *ranges in rows:
+    origin, direction, free_m, hit, scan = [], [], [], [], []
+    for i_scan, (_, x, y, theta, angle_min, angle_step, range_max, *ranges) in enumerate(rows):
         for i, r in enumerate(ranges):
             if math.isnan(r) or r <= 0.0:
                 continue
@@ -136,45 +153,143 @@ def beams_from_scans(rows, gap_m):
             direction.append(u)
             free_m.append(max(0.0, r - gap_m) if returned else range_max)
             hit.append((x + r * u[0], y + r * u[1]) if returned else (math.nan, math.nan))
+            scan.append(i_scan)
     n = len(free_m)
     return Beams(np.array(origin).reshape(n, 2), np.array(direction).reshape(n, 2),
-                 np.array(free_m), np.array(hit).reshape(n, 2), np.zeros(n))
+                 np.array(free_m), np.array(hit).reshape(n, 2), np.zeros(n),
+                 np.array(scan, int))
 
 
 # ---- neighbourhood ------------------------------------------------------------------------------
 
 @dataclass
 class Neighbours:
-    """The nearest points of each query, in the order (squared distance, id)."""
+    """The points chosen for each query, in the order (squared distance, id)."""
     point: np.ndarray  # (q, k, 2) [m], relative to the query
     index: np.ndarray  # (q, k) beam
-    margin_m: np.ndarray  # (q,) how much farther the first point left out is than the last taken
+    present: np.ndarray  # (q, k) False in the last columns of a query that has fewer than k points
+    margin_m: np.ndarray  # (q,) by how much the choice was clear; inf: only exact ties, or no rival
+
+    def distance_m(self):
+        return np.sqrt(np.sum(self.point**2, axis=-1))
 
 
-def nearest(offset, index, k):
+@dataclass
+class Cap:
+    """At most `most` points of one scan; `scan` (n,) is that of every beam."""
+    scan: np.ndarray
+    most: int
+
+
+def nearest(offset, index, k, cap=None):
     """The k nearest of the candidates `offset` (q, n, 2) of the beams `index` (n,)."""
     d2 = np.sum(offset**2, axis=-1)
     order = np.argsort(d2, axis=1, kind="stable")  # stable: equal distances stay in order of id
-    taken = order[:, :k]
+    if cap is None:
+        taken = order[:, :k]
+        present = np.ones(taken.shape, bool)
+        margin_m = pool_end_gap(d2, order, k)
+    else:
+        chosen = walk(cap.scan[index[order[:, :2 * k]]], k, cap.most)
+        # Chosen items come first, still in order.
+        first = np.argsort(~chosen, axis=1, kind="stable")[:, :k]
+        taken = np.take_along_axis(order, first, axis=1)
+        present = np.take_along_axis(chosen, first, axis=1)
+        margin_m = capped_margin(d2, order, chosen, k, Cap(cap.scan[index], cap.most))
+    return Neighbours(np.take_along_axis(offset, taken[:, :, None], axis=1), index[taken], present,
+                      margin_m)
+
+
+def walk(scan, k, most):
+    """Which items of a pool (q, m) in order are chosen: k at most, and `most` of one scan."""
+    chosen = np.zeros(scan.shape, bool)
+    for i in range(scan.shape[1]):
+        before = chosen[:, :i]
+        of_this_scan = np.sum(before & (scan[:, :i] == scan[:, i:i + 1]), axis=1)
+        chosen[:, i] = (of_this_scan < most) & (before.sum(axis=1) < k)
+    return chosen
+
+
+def unless_tied(gap_m):
+    """The gap, or inf for an exact tie: the id decides that, whatever the precision."""
+    return np.where(gap_m == 0.0, math.inf, gap_m)
+
+
+def pool_end_gap(d2, order, k):
+    """How much farther the first item left out is than the last one taken."""
+    if not 0 < k < d2.shape[1]:
+        return np.full(len(d2), math.inf)
+    edge = np.sqrt(np.take_along_axis(d2, order[:, k - 1:k + 1], axis=1))
+    return unless_tied(edge[:, 1] - edge[:, 0])
+
+
+def capped_margin(d2, order, chosen, k, cap):
+    """The least gap between an item not chosen and the one whose place it would take if nearer.
+
+    An item of a scan that has its share competes with that scan's last chosen item, another one
+    with the last chosen of all when k were found.  An item beyond the pool also competes with the
+    pool's last item, if one of the two would count.
+    """
+    n_pool = chosen.shape[1]
+    d_m = np.sqrt(np.take_along_axis(d2, order, axis=1))
+    scan, pool_m = cap.scan[order], d_m[:, :n_pool]
+    last_m = np.max(pool_m, axis=1, initial=-math.inf, where=chosen)
+    complete = chosen.sum(axis=1) == k
     margin_m = np.full(len(d2), math.inf)
-    if 0 < k < d2.shape[1]:
-        edge = np.sqrt(np.take_along_axis(d2, order[:, k - 1:k + 1], axis=1))
-        margin_m = edge[:, 1] - edge[:, 0]
-    return Neighbours(np.take_along_axis(offset, taken[:, :, None], axis=1), index[taken], margin_m)
+    for i in range(d_m.shape[1]):
+        own = chosen & (scan[:, :n_pool] == scan[:, i:i + 1])
+        own_m = np.max(pool_m, axis=1, initial=-math.inf, where=own)
+        full = own.sum(axis=1) >= cap.most
+        rival_m = np.where(full, own_m, np.where(complete, last_m, -math.inf))
+        if i >= n_pool:
+            beside = chosen[:, -1] | (~full & ~complete)
+            rival_m = np.maximum(rival_m, np.where(beside, pool_m[:, -1], -math.inf))
+        left_out = ~chosen[:, i] if i < n_pool else True
+        gap_m = unless_tied(d_m[:, i] - rival_m)
+        margin_m = np.where(left_out, np.minimum(margin_m, gap_m), margin_m)
+    return margin_m
 
 
-def nearest_hits(beams, query, k):
+def scan_cap(params, beams):
+    return Cap(beams.scan, params.scan_points_max) if params.scan_points_max > 0 else None
+
+
+def nearest_hits(beams, query, k, depth_m=0.0, cap=None):
+    """Each hit's closest point to the query on its occupied part, a segment of length depth_m."""
     index = np.flatnonzero(~np.isnan(beams.hit[:, 0]))
-    return nearest(beams.hit[index][None] - query[:, None], index, k)
+    offset = beams.hit[index][None] - query[:, None]
+    along = np.clip(np.sum(-offset * beams.direction[index][None], axis=-1), 0.0, depth_m)
+    return nearest(offset + along[:, :, None] * beams.direction[index][None], index, k, cap)
 
 
-def nearest_free(beams, query, k):
+def nearest_free(beams, query, k, cap=None):
     """Eq. 10: each beam's closest point to the query on its free segment."""
     from_origin = query[:, None] - beams.origin[None]
     along = np.sum(from_origin * beams.direction[None], axis=-1)
     along = np.clip(along, 0.0, beams.free_m[None])
     offset = along[:, :, None] * beams.direction[None] - from_origin
-    return nearest(offset, np.arange(len(beams.free_m)), k)
+    return nearest(offset, np.arange(len(beams.free_m)), k, cap)
+
+
+def shrink(x, axis, factor):
+    """Points (q, k, 2), their coordinate along the unit vectors (q, 2) times the factor (q,)."""
+    along = np.sum(x * axis[:, None], axis=-1)
+    return x - ((1.0 - factor)[:, None] * along)[:, :, None] * axis[:, None]
+
+
+def hits_axis(params, hits):
+    """Main axis (q, 2) of the chosen hits' scatter, near ones counting most; its factor (q,)."""
+    x = hits.point
+    weight = np.where(hits.present, 1.0 / (0.01 + np.sum(x**2, axis=-1)), 0.0)
+    total = weight.sum(axis=1)
+    weight = weight / np.where(total > 0.0, total, 1.0)[:, None]
+    centred = x - np.sum(weight[:, :, None] * x, axis=1, keepdims=True)
+    scatter = np.einsum("qk,qki,qkj->qij", weight, centred, centred)
+    lam, vector = np.linalg.eigh(scatter)  # eigenvalues ascend
+    lam2, lam1 = np.maximum(lam[:, 0], 0.0), lam[:, 1]
+    shaped = (lam1 > 1e-12) & (hits.present.sum(axis=1) >= 2)
+    ratio = np.sqrt(np.divide(lam2, lam1, out=np.ones_like(lam1), where=shaped))
+    return vector[:, :, 1], 1.0 - params.anisotropy * (1.0 - ratio)
 
 
 # ---- Gaussian process ---------------------------------------------------------------------------
@@ -182,14 +297,17 @@ def nearest_free(beams, query, k):
 def local_gp(params, x, labels, noises, query):
     """Mean and variance at the query, eqs. 2 and 3, with a noise variance for every point.
 
-    x (..., n, 2), labels (..., n), noises (..., n), query (..., 2), all in one frame.
+    x (..., n, 2), labels (..., n), noises (..., n), query (..., 2), all in one frame.  A point of
+    infinite noise says nothing: it is left out.
     """
     kss = kernel(params, query, query)
     if x.shape[-2] == 0:
         return np.zeros_like(kss), kss
+    counts = np.isfinite(noises)
     gram = kernel(params, x[..., :, None, :], x[..., None, :, :])
-    gram = gram + noises[..., :, None] * np.eye(x.shape[-2])
-    ks = kernel(params, query[..., None, :], x)
+    gram = gram * (counts[..., :, None] & counts[..., None, :])
+    gram = gram + np.where(counts, noises, 1.0)[..., :, None] * np.eye(x.shape[-2])
+    ks = kernel(params, query[..., None, :], x) * counts
     solved = np.linalg.solve(gram, np.stack([labels, ks], axis=-1))  # (K + N)^-1 (y, k*)
     mean = np.sum(ks * solved[..., 0], axis=-1)
     variance = kss - np.sum(ks * solved[..., 1], axis=-1)
@@ -201,10 +319,56 @@ def normal_cdf(z):
     return 0.5 * np.vectorize(math.erfc, otypes=[float])(-np.asarray(z, float) / math.sqrt(2.0))
 
 
-def probability(params, mean, variance):
-    """Eq. 7 with its square root (Rasmussen and Williams, section 6.5), for y = +1."""
-    return normal_cdf((params.alpha * mean + params.beta)
+def probability(params, mean, variance, evidence=0.0):
+    """Eq. 7 with its square root (Rasmussen and Williams, section 6.5), for y = +1.
+
+    evidence: what the vote and the distances add to the argument's numerator.
+    """
+    return normal_cdf((params.alpha * mean + params.beta + evidence)
                       / np.sqrt(1.0 + params.alpha**2 * variance))
+
+
+def direction_vote(beams, hits):
+    """-1 .. 1: do the beams of the chosen hits point at the query (it lies behind) or away from it?
+
+    The mean cosine, fading to 0 where the first hit is 30 m away.
+    """
+    d_m = hits.distance_m()
+    toward = -np.sum(beams.direction[hits.index] * hits.point, axis=-1)
+    counts = hits.present & (d_m >= 1e-6)
+    cosine = np.divide(toward, d_m, out=np.zeros_like(d_m), where=counts)
+    n_hits = np.maximum(hits.present.sum(axis=1), 1)
+    fade = np.maximum(0.0, 1.0 - chosen_distance(hits, 0) / FAR_M)
+    return cosine.sum(axis=1) / n_hits * fade
+
+
+def chosen_distance(neighbours, i):
+    """Distance (q,) to the i-th chosen point, 30 m if there is none or it is farther."""
+    if not 0 <= i < neighbours.present.shape[1]:
+        return np.full(len(neighbours.present), FAR_M)
+    d_m = np.minimum(neighbours.distance_m()[:, i], FAR_M)
+    return np.where(neighbours.present[:, i], d_m, FAR_M)
+
+
+def log_distance(d_m):
+    return np.log(d_m + LOG_OFFSET_M)
+
+
+def evidence_of(params, beams, hits, free):
+    """The additions to the numerator of eq. 7, from distances before any shrinking."""
+    return (params.vote * direction_vote(beams, hits)
+            + params.log_hit_first * log_distance(chosen_distance(hits, 0))
+            + params.log_hit_last * log_distance(chosen_distance(hits, params.hits - 1))
+            + params.log_free_first * log_distance(chosen_distance(free, 0))
+            + params.log_free_last * log_distance(chosen_distance(free, params.free - 1)))
+
+
+def prior_probability(params):
+    """Probability far from all beams, at the origin of the frame."""
+    weights = (params.log_hit_first + params.log_hit_last
+               + params.log_free_first + params.log_free_last)
+    kss = kernel(params, np.zeros(2), np.zeros(2))
+    return float(probability(params, 0.0, kss, weights * log_distance(FAR_M)))
 
 
 def classify(params, p):
@@ -223,24 +387,29 @@ class Answers:
     margin_m: np.ndarray  # how far from a tie the choice of the neighbours was
 
 
-def point_noises(params, beams, index, sn2):
-    """Noise of the points of the beams `index`; the same for all exactly known beams."""
+def point_noises(params, beams, chosen, sn2):
+    """Noise of the chosen points: one for all exactly known beams, infinite for absent points."""
     noise = np.array([sn2 if d == 0.0 else excess_noise(params, d, sn2)
                       for d in beams.position_std_m])
-    return noise[index] if len(noise) else np.zeros(index.shape)
+    noise = noise[chosen.index] if len(noise) else np.zeros(chosen.index.shape)
+    return np.where(chosen.present, noise, math.inf)
 
 
 def query_block(params, beams, query, origin):
-    hits = nearest_hits(beams, query, params.hits)
-    free = nearest_free(beams, query, params.free)
+    cap = scan_cap(params, beams)
+    hits = nearest_hits(beams, query, params.hits, params.depth_m, cap)
+    free = nearest_free(beams, query, params.free, cap)
     x = np.concatenate([hits.point, free.point], axis=1)
+    if params.anisotropy > 0.0:
+        x = shrink(x, *hits_axis(params, hits))
     labels = np.concatenate([np.ones(hits.index.shape), -np.ones(free.index.shape)], axis=1)
-    noises = np.concatenate([point_noises(params, beams, hits.index, params.sn2),
-                             point_noises(params, beams, free.index, params.sn2_free)], axis=1)
+    noises = np.concatenate([point_noises(params, beams, hits, params.sn2),
+                             point_noises(params, beams, free, params.sn2_free)], axis=1)
     # The neural network covariance is not stationary: the frame decides where its origin lies.
     at = np.zeros_like(query) if params.frame == "query" else query - origin
     mean, variance = local_gp(params, x + at[:, None], labels, noises, at)
-    return mean, variance, np.minimum(hits.margin_m, free.margin_m)
+    p = probability(params, mean, variance, evidence_of(params, beams, hits, free))
+    return mean, variance, p, np.minimum(hits.margin_m, free.margin_m)
 
 
 def query_map(params, beams, query, origin=(0.0, 0.0), block=500):
@@ -248,6 +417,5 @@ def query_map(params, beams, query, origin=(0.0, 0.0), block=500):
     query = np.asarray(query, float).reshape(-1, 2)
     parts = [query_block(params, beams, query[i:i + block], np.asarray(origin, float))
              for i in range(0, max(len(query), 1), block)]
-    mean, variance, margin_m = (np.concatenate(column) for column in zip(*parts))
-    p = probability(params, mean, variance)
+    mean, variance, p, margin_m = (np.concatenate(column) for column in zip(*parts))
     return Answers(mean, variance, p, classify(params, p), margin_m)

@@ -137,6 +137,19 @@ def run_headers(results):
             run_check(results, f"headers: {header} compiles alone as {language}",
                       compiler.split() + ["-fsyntax-only", "-Iinclude", "-include", header,
                                           "/dev/null"])
+    run_check(results, "headers: README's example compiles as C99",
+              HEADER_CHECKS["C99"].split() + ["-fsyntax-only", "-Iinclude", readme_example()])
+
+
+def readme_example():
+    """Path of a file with the C block of README.md."""
+    with open("README.md", encoding="utf-8") as readme:
+        block = re.search(r"```c\n(.*?)```", readme.read(), re.DOTALL)
+    os.makedirs(RESULTS, exist_ok=True)
+    path = f"{RESULTS}/readme_example.c"
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(block.group(1) if block else "#error no C block in README.md")
+    return path
 
 
 def run_symbols(results):

@@ -22,6 +22,7 @@ import oracle  # noqa: E402
 
 GOLDEN = ROOT / "tests" / "golden"
 COMMENT = "# Written by `python3 tools/gen_golden.py` from tests/oracle.py; do not edit.\n"
+CLEAR_M = 2e-4  # by how much a choice among neighbours must be clear for single precision
 TOLERANCE = 2e-9  # nine digits are written; BLAS may order its sums differently
 
 SHAPES = {  # the prior of each kernel in the golden files
@@ -39,6 +40,24 @@ CHOICE = {  # neighbourhoods: few, default, and more than there are (all are tak
     "se": {"hits": 1, "free": 7, "sn2": 0.0625, "sn2_free": 0.25},
     "askey": {"hits": 30, "free": 34, "sn2": 0.03125},
 }
+NEUTRAL = {  # what a parameter file leaves out
+    "depth_m": 0.0, "scan_points_max": 0, "anisotropy": 0.0, "vote": 0.0, "log_hit_first": 0.0,
+    "log_hit_last": 0.0, "log_free_first": 0.0, "log_free_last": 0.0,
+}
+ADDITIONS = {  # each alone; cap leaves fewer than 8 points of either kind, cap_loose 8 hits
+    "depth": {"depth_m": 1.5},
+    "cap": {"scan_points_max": 2},
+    "cap_loose": {"scan_points_max": 4},
+    "anisotropy": {"anisotropy": 0.75},
+    "vote": {"vote": 1.25},
+    "log_hit_first": {"log_hit_first": -0.375},
+    "log_hit_last": {"log_hit_last": 0.375},
+    "log_free_first": {"log_free_first": 0.4375},
+    "log_free_last": {"log_free_last": -0.25},
+}
+ALL_ADDITIONS = {"depth_m": 1.0, "scan_points_max": 3, "anisotropy": 0.5, "vote": 0.75,
+                 "log_hit_first": -0.5, "log_hit_last": 0.25, "log_free_first": 0.4375,
+                 "log_free_last": -0.125}
 
 
 def grid(value):
@@ -160,6 +179,8 @@ def params_toml(params):
     lines = []
     for field in dataclasses.fields(params):
         value = getattr(params, field.name)
+        if field.name in NEUTRAL and value == NEUTRAL[field.name]:
+            continue
         if isinstance(value, str):
             lines.append(f'{field.name} = "{value}"')
         elif not math.isnan(value):
@@ -167,20 +188,39 @@ def params_toml(params):
     return COMMENT + "\n".join(lines) + "\n"
 
 
+def answer_table(params, scans, points):
+    beams = oracle.beams_from_scans(scans, params.gap_m)
+    answers = oracle.query_map(params, beams, points)
+    rows = [(*point, *values, oracle.CLASSES[cls]) for point, *values, cls in
+            zip(points, answers.mean, answers.variance, answers.probability, answers.cls)]
+    if not np.all((answers.margin_m == 0.0) | (answers.margin_m > CLEAR_M)):
+        raise ValueError(f"a query point is near a tie with {params}")
+    return table("x,y,mean,variance,probability,class", rows)
+
+
+def extended_cases():
+    """Each addition to the paper's model alone, and all together."""
+    changes = {f"matern12_{name}": change for name, change in ADDITIONS.items()}
+    changes |= {"matern12_all": ALL_ADDITIONS, "nn_all": ALL_ADDITIONS}
+    cases = {name: dataclasses.replace(params_of(name.split("_", maxsplit=1)[0]), **change)
+             for name, change in changes.items()}
+    for name, params in cases.items():
+        if not params.p_free < oracle.prior_probability(params) < params.p_occupied:
+            raise ValueError(f"{name}: the prior probability would be refused")
+    return cases
+
+
 def end_to_end(rng):
     scans = scan_rows(rng)
-    cases = [params_of(kernel, frame) for kernel in oracle.KERNELS for frame in oracle.FRAMES]
-    pairs = [(params, oracle.beams_from_scans(scans, params.gap_m)) for params in cases]
-    points = query_points(rng, pairs)
+    cases = {f"{kernel}_{frame}": params_of(kernel, frame)
+             for kernel in oracle.KERNELS for frame in oracle.FRAMES}
+    points = query_points(rng, [(params, oracle.beams_from_scans(scans, params.gap_m))
+                                for params in cases.values()])
     yield "scans.csv", table("# t,x,y,theta,angle_min,angle_step,range_max,ranges", scans)
     yield "points.csv", table("# x,y", points)
-    for params, beams in pairs:
-        answers = oracle.query_map(params, beams, points)
-        rows = [(*point, *values, oracle.CLASSES[cls]) for point, *values, cls in
-                zip(points, answers.mean, answers.variance, answers.probability, answers.cls)]
-        name = f"{params.kernel}_{params.frame}"
+    for name, params in (cases | extended_cases()).items():
         yield f"params_{name}.toml", params_toml(params)
-        yield f"answers_{name}.csv", table("x,y,mean,variance,probability,class", rows)
+        yield f"answers_{name}.csv", answer_table(params, scans, points)
 
 
 def golden_files():

@@ -1,17 +1,16 @@
 // gpom-eval: the library's map and its rivals on the same data, judged at the same points.
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/eval_report.hpp"
+#include "tools/lib/eval_rivals.hpp"
+#include "tools/lib/eval_trial.hpp"
 #include "tools/lib/host_map.hpp"
-#include "tools/lib/occupancy_grid.hpp"
+#include "tools/lib/neighbour_check.hpp"
 #include "tools/lib/params_toml.hpp"
-#include "tools/lib/protocol.hpp"
 #include "tools/lib/raster_csv.hpp"
-#include "tools/lib/truth.hpp"
 
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <limits>
 #include <optional>
 
 namespace
@@ -21,61 +20,6 @@ using namespace gpom_tools;
 
 constexpr std::uint32_t kPictureColumns = 400;
 constexpr std::uint32_t kPictureRows = 300;
-constexpr double kGridMargin = 2.0; ///< Room for test points behind the outermost returns [m].
-constexpr double kPi = 3.14159265358979323846;
-
-struct Options {
-    std::string scans_path;
-    std::string truth_path;
-    std::string params_path;
-    std::string map_frame_path;
-    std::string out_path;
-    std::string command;
-    std::size_t n_points = 20000;
-    std::uint64_t seed = 0;
-    std::optional<double> grid_cell_m; ///< For both grids; none: the best for each.
-    double range_max_m = 49.0;
-    double fraction = 0.04;
-    double beam_width_deg = 2.0;
-};
-
-struct GridSetup {
-    double cell_m;
-    GridModel model;
-};
-
-struct GridSetups {
-    GridSetup thin;
-    GridSetup wide;
-};
-
-/// Chosen for each grid by all three figures on the very points that judge it, NLL within 0.01 of
-/// the best tried: cells of 0.35 to 2 m on streets and 0.1 to 0.5 m for logs, p_hit 0.6 to 0.95,
-/// p_miss 0.02 to 0.4, clamps from OctoMap's 0.12, 0.97 to 0.001, 0.98. AUC / FP@95 / NLL
-/// near beams, means over `gpom-sim --seed N`, N = 0 to 4, and `gpom-eval street --grid-cell C`:
-///   thin  C = 0.5  .708 / .581 / .520   1  .787 / .409 / .453   1.5  .821 / .374 / .431
-///         2  .827 / .489 / .438; OctoMap's constants at 1 m: .782 / .418 / .575
-///   wide  C = 0.5  .877 / .319 / .407   1  .871 / .318 / .408   1.5  .866 / .321 / .410
-constexpr GridModel kStreetModel{0.7, 0.1, 0.02, 0.98};
-constexpr GridSetups kStreetGrids{{1.5, kStreetModel}, {0.5, kStreetModel}};
-
-/// The same for logs, means over intel, csail and seattle at a fraction of 0.04:
-///   thin  0.1 m  .969 / .181 / .309   0.2 m  .983 / .054 / .193   0.3 m  .976 / .060 / .185
-///   wide, 0.2 m  1 degree .984 / .046 / .172   2 degrees .984 / .046 / .171   4 .984 / .048 / .173
-constexpr GridSetups kLogGrids{{0.2, {0.95, 0.4, 0.02, 0.98}}, {0.2, {0.95, 0.3, 0.02, 0.98}}};
-
-/// What all methods get, and what they are judged by.
-struct Trial {
-    std::string mode;
-    std::vector<Scan> scans;           ///< Make the maps.
-    std::vector<GridBeam> beams;       ///< The same as single beams.
-    std::vector<GridBeam> other_beams; ///< Held out; none on streets.
-    std::vector<TestPoint> points;
-    std::vector<bool> near_beam; ///< For each point; empty for logs.
-    std::optional<Truth> truth;  ///< Of streets.
-    gpom_point_t low{0.0, 0.0};  ///< Corner of the area of grids and pictures.
-    gpom_point_t high{0.0, 0.0}; ///< The opposite corner.
-};
 
 /// A method's map as asked at the picture's raster.
 struct Pictures {
@@ -85,66 +29,12 @@ struct Pictures {
     std::vector<double> wide_grid;
 };
 
-Trial street_trial(const Options &options)
-{
-    Trial trial;
-    trial.mode = "street";
-    trial.truth = read_truth(options.truth_path);
-    trial.scans = read_scans(options.scans_path, {});
-    trial.beams = beams_of(trial.scans, kHalfSpacing);
-    trial.points = street_points(*trial.truth, options.n_points, options.seed);
-    for (const TestPoint &point : trial.points) {
-        trial.near_beam.push_back(is_near(point.at, trial.beams, kNearBeam));
-    }
-    trial.low = {trial.truth->x0_m, trial.truth->y0_m};
-    trial.high = {trial.low.x_m + trial.truth->nx * trial.truth->cell_m,
-                  trial.low.y_m + trial.truth->ny * trial.truth->cell_m};
-    return trial;
-}
-
-/// Corners of the box over all beams.
-void cover_beams(Trial &trial)
-{
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    trial.low = {kFar, kFar};
-    trial.high = {-kFar, -kFar};
-    const auto cover = [&](gpom_point_t point) {
-        trial.low = {std::min(trial.low.x_m, point.x_m), std::min(trial.low.y_m, point.y_m)};
-        trial.high = {std::max(trial.high.x_m, point.x_m), std::max(trial.high.y_m, point.y_m)};
-    };
-    for (const GridBeam &beam : trial.beams) {
-        cover({beam.x_m, beam.y_m});
-        cover(end_of(beam));
-    }
-}
-
-Trial log_trial(const Options &options)
-{
-    Trial trial;
-    trial.mode = "log";
-    std::vector<Scan> scans = read_scans(options.scans_path, {options.range_max_m});
-    for (Scan &scan : scans) {
-        scan.range_max_m = std::min(scan.range_max_m, options.range_max_m);
-    }
-    LogSplit split =
-        split_log(evenly_taken(std::move(scans), kLogScansMax), options.fraction, options.seed);
-    const double half_width_rad = 0.5 * options.beam_width_deg * kPi / 180.0;
-    trial.beams = beams_of(split.training, half_width_rad);
-    trial.other_beams = beams_of(split.others, half_width_rad);
-    trial.scans = std::move(split.training);
-    trial.points = std::move(split.points);
-    cover_beams(trial);
-    return trial;
-}
-
-std::vector<gpom_point_t> places_of(const std::vector<TestPoint> &points)
-{
-    std::vector<gpom_point_t> places;
-    for (const TestPoint &point : points) {
-        places.push_back(point.at);
-    }
-    return places;
-}
+/// Everything measured, and what was left out and why.
+struct Outcome {
+    std::vector<MethodResult> methods;
+    std::vector<NeighbourRow> neighbours;
+    std::vector<std::string> notes;
+};
 
 /// The raster of the pictures: at most 400 x 300 cells over the area.
 gpom_raster_t picture_raster(const Trial &trial, double cell_min_m)
@@ -163,7 +53,7 @@ HostMap map_of(const Trial &trial, const gpom_params_t &params)
     return map;
 }
 
-MethodResult gp_result(const char *key, const std::string &label, const Trial &trial,
+MethodResult gp_result(const std::string &key, const std::string &label, const Trial &trial,
                        const HostMap &map)
 {
     MethodResult method;
@@ -175,36 +65,8 @@ MethodResult gp_result(const char *key, const std::string &label, const Trial &t
     return judged(std::move(method), trial.points, trial.near_beam);
 }
 
-OccupancyGrid grid_of(const Trial &trial, const GridSetup &setup, bool wide)
-{
-    OccupancyGrid grid(raster_over(trial.low, trial.high, setup.cell_m, kGridMargin), setup.model);
-    for (const GridBeam &beam : trial.beams) {
-        wide ? grid.insert_wide(beam) : grid.insert_thin(beam);
-    }
-    return grid;
-}
-
-std::vector<double> ask(const OccupancyGrid &grid, const std::vector<gpom_point_t> &points)
-{
-    std::vector<double> probabilities;
-    for (const gpom_point_t &point : points) {
-        probabilities.push_back(grid.probability(point));
-    }
-    return probabilities;
-}
-
-MethodResult grid_result(const char *key, const char *label, const Trial &trial,
-                         const OccupancyGrid &grid)
-{
-    MethodResult method;
-    method.key = key;
-    method.label = label;
-    method.probabilities = ask(grid, places_of(trial.points));
-    return judged(std::move(method), trial.points, trial.near_beam);
-}
-
 /// The paper's parameters: as asked for, else NAME_paper.toml beside NAME.toml, else none.
-std::string map_frame_path(const Options &options)
+std::string map_frame_path(const EvalOptions &options)
 {
     if (!options.map_frame_path.empty()) {
         return options.map_frame_path;
@@ -230,45 +92,28 @@ std::string text_of(const std::string &path)
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-void print_summary(const Options &options, const Trial &trial,
-                   const std::vector<MethodResult> &methods)
+void print_summary(const EvalOptions &options, const Trial &trial, const Outcome &outcome)
 {
-    const Metrics &all = methods.front().all;
+    const Metrics &all = outcome.methods.front().all;
     std::printf("%s: %zu scans, %zu beams in the map; %zu test points, %.1f %% occupied",
                 options.scans_path.c_str(), trial.scans.size(), trial.beams.size(), all.n_points,
                 100.0 * all.share_occupied);
-    if (methods.front().near) {
-        const Metrics &near = *methods.front().near;
+    if (outcome.methods.front().near) {
+        const Metrics &near = *outcome.methods.front().near;
         std::printf("; %zu near beams, %.1f %% occupied", near.n_points,
                     100.0 * near.share_occupied);
     }
-    std::printf("\n\n%s", report_table(methods).c_str());
-    if (methods.size() < 4) {
-        std::printf("GP in the map frame left out: no NAME_paper.toml beside %s and no "
-                    "--map-frame-params\n",
-                    options.params_path.c_str());
+    std::printf("\n\n%s", report_table(outcome.methods).c_str());
+    for (const std::string &note : outcome.notes) {
+        std::printf("left out: %s\n", note.c_str());
+    }
+    if (!outcome.neighbours.empty()) {
+        std::printf("%s", neighbour_table(outcome.neighbours).c_str());
     }
 }
 
-GridSetups grid_setups(const Options &options, const Trial &trial)
-{
-    GridSetups setups = trial.truth ? kStreetGrids : kLogGrids;
-    setups.thin.cell_m = options.grid_cell_m.value_or(setups.thin.cell_m);
-    setups.wide.cell_m = options.grid_cell_m.value_or(setups.wide.cell_m);
-    return setups;
-}
-
-nlohmann::ordered_json json_of(const GridSetup &setup)
-{
-    return {{"cell_m", setup.cell_m},
-            {"p_hit", setup.model.p_hit},
-            {"p_miss", setup.model.p_miss},
-            {"p_min", setup.model.p_min},
-            {"p_max", setup.model.p_max}};
-}
-
-nlohmann::ordered_json eval_json(const Options &options, const Trial &trial,
-                                 const std::vector<MethodResult> &methods)
+nlohmann::ordered_json eval_json(const EvalOptions &options, const Trial &trial,
+                                 const Outcome &outcome)
 {
     nlohmann::ordered_json json;
     json["mode"] = trial.mode;
@@ -277,12 +122,11 @@ nlohmann::ordered_json eval_json(const Options &options, const Trial &trial,
     json["seed"] = options.seed;
     json["scans"] = trial.scans.size();
     json["beams"] = trial.beams.size();
-    const GridSetups setups = grid_setups(options, trial);
-    json["grid"] = json_of(setups.thin);
-    json["wide_grid"] = json_of(setups.wide);
+    json.update(grid_constants(options, trial));
     if (trial.truth) {
         json["truth_file"] = options.truth_path;
     } else {
+        json["split"] = options.split;
         json["fraction"] = options.fraction;
         json["range_max_m"] = options.range_max_m;
         json["beam_width_deg"] = options.beam_width_deg;
@@ -292,7 +136,11 @@ nlohmann::ordered_json eval_json(const Options &options, const Trial &trial,
     if (!map_frame.empty()) {
         json["map_frame_params"] = {{"file", map_frame}, {"text", text_of(map_frame)}};
     }
-    json.update(report_json(methods));
+    json.update(report_json(outcome.methods));
+    if (!outcome.neighbours.empty()) {
+        json["neighbours"] = neighbour_json(outcome.neighbours);
+    }
+    json["left_out"] = outcome.notes;
     return json;
 }
 
@@ -319,18 +167,25 @@ std::string poses_csv(const std::vector<Scan> &scans)
     return text;
 }
 
-void write_results(const Options &options, const Trial &trial, const Pictures &pictures,
-                   const std::vector<MethodResult> &methods)
+Pictures pictures_of(const Trial &trial, const HostMap &map, const LogOddsGrids &grids)
+{
+    const gpom_raster_t raster = picture_raster(trial, trial.truth ? 0.25 : 0.05);
+    const std::vector<gpom_point_t> points = cell_centres(raster);
+    return {points, map.query(raster), ask(grids.thin, points), ask(grids.wide, points)};
+}
+
+std::vector<FileContent> folder_files(const EvalOptions &options, const Trial &trial,
+                                      const Pictures &pictures, const Outcome &outcome)
 {
     const std::string folder = options.out_path + "/";
     std::vector<FileContent> files = {
-        {folder + "eval.json", eval_json(options, trial, methods).dump(1) + "\n"},
+        {folder + "eval.json", eval_json(options, trial, outcome).dump(1) + "\n"},
         {folder + "map.csv", answers_csv(pictures.points, pictures.map)},
         {folder + "grid.csv", probabilities_csv(pictures.points, pictures.grid)},
         {folder + "wide_grid.csv", probabilities_csv(pictures.points, pictures.wide_grid)},
         {folder + "hits.csv", hits_csv(trial)},
         {folder + "poses.csv", poses_csv(trial.scans)},
-        {folder + "points.csv", points_csv(trial.points, trial.near_beam, methods)}};
+        {folder + "points.csv", points_csv(trial.points, trial.near_beam, outcome.methods)}};
     if (trial.truth) {
         files.push_back({folder + "truth.pgm", truth_pgm(*trial.truth, "copied by gpom-eval")});
     }
@@ -339,31 +194,63 @@ void write_results(const Options &options, const Trial &trial, const Pictures &p
     if (error) {
         throw FileError(options.out_path, 0, "cannot make this folder: " + error.message());
     }
-    replace_files(files);
+    return files;
 }
 
-void evaluate(const Options &options, const Trial &trial)
+void add_rivals(const EvalOptions &options, const Trial &trial, Outcome &outcome)
 {
+    if (options.rivals) {
+        outcome.methods.push_back(judged_strong_grid(trial));
+        outcome.methods.push_back(judged_octomap(trial));
+    }
+    if (!options.exact_gp) {
+        return;
+    }
+    if (std::optional<MethodResult> exact = judged_exact_gp(trial)) {
+        outcome.methods.push_back(std::move(*exact));
+    } else {
+        outcome.notes.push_back("exact GP: scikit-learn is not installed; run "
+                                "tools/setup python and make tools");
+    }
+}
+
+void evaluate(const EvalOptions &options, const Trial &trial)
+{
+    Outcome outcome;
     const std::string map_frame = map_frame_path(options);
-    const HostMap map = map_of(trial, read_params(options.params_path));
-    std::vector<MethodResult> methods;
-    methods.push_back(gp_result("gp_query", "GP, query frame", trial, map));
+    const gpom_params_t params = read_params(options.params_path);
+    const HostMap map = map_of(trial, params);
+    outcome.methods.push_back(gp_result("gp_query", "GP, query frame", trial, map));
     if (!map_frame.empty()) {
         const HostMap paper = map_of(trial, read_map_frame_params(map_frame));
-        methods.push_back(gp_result("gp_map", "GP, map frame (as the paper)", trial, paper));
+        outcome.methods.push_back(
+            gp_result("gp_map", "GP, map frame (as the paper)", trial, paper));
+    } else {
+        outcome.notes.push_back("GP in the map frame: no NAME_paper.toml beside " +
+                                options.params_path + " and no --map-frame-params");
     }
-    const GridSetups setups = grid_setups(options, trial);
-    const OccupancyGrid thin = grid_of(trial, setups.thin, false);
-    const OccupancyGrid wide = grid_of(trial, setups.wide, true);
-    methods.push_back(grid_result("grid", "occupancy grid", trial, thin));
-    methods.push_back(grid_result("wide_grid", "occupancy grid, widened beams", trial, wide));
+    for (const std::string &path : options.also_paths) {
+        const std::string name = std::filesystem::path(path).stem().string();
+        const HostMap also = map_of(trial, read_params(path));
+        outcome.methods.push_back(gp_result("gp_" + name, "GP, " + name, trial, also));
+    }
+    const LogOddsGrids grids = log_odds_grids(options, trial);
+    for (MethodResult &grid : judged_grids(grids, trial)) {
+        outcome.methods.push_back(std::move(grid));
+    }
+    add_rivals(options, trial, outcome);
+    if (!options.neighbours.empty()) {
+        outcome.neighbours = check_neighbours(options, trial, params);
+    }
+    std::vector<FileContent> files;
     if (!options.out_path.empty()) {
-        const gpom_raster_t raster = picture_raster(trial, trial.truth ? 0.25 : 0.05);
-        const std::vector<gpom_point_t> points = cell_centres(raster);
-        write_results(options, trial,
-                      {points, map.query(raster), ask(thin, points), ask(wide, points)}, methods);
+        files = folder_files(options, trial, pictures_of(trial, map, grids), outcome);
     }
-    print_summary(options, trial, methods);
+    if (!options.json_path.empty()) {
+        files.push_back({options.json_path, eval_json(options, trial, outcome).dump(1) + "\n"});
+    }
+    replace_files(files);
+    print_summary(options, trial, outcome);
 }
 
 /// CLI::Range lets NaN pass.
@@ -383,7 +270,7 @@ CLI::Validator between(double low, double high)
         "");
 }
 
-void declare_common(CLI::App &mode, Options &options)
+void declare_common(CLI::App &mode, EvalOptions &options)
 {
     mode.add_option("--scans", options.scans_path, "Scans: CSV or CARMEN log, plain or gzipped")
         ->required()
@@ -395,18 +282,27 @@ void declare_common(CLI::App &mode, Options &options)
                     "Parameters as in the paper: kernel nn, map frame\n"
                     "[NAME_paper.toml beside NAME.toml, if it is there]")
         ->type_name("FILE");
+    mode.add_option("--also", options.also_paths,
+                    "More parameters to compare, each a row `gp_NAME`; comma between them")
+        ->delimiter(',')
+        ->type_name("FILE");
     mode.add_option("--seed", options.seed, "Seed of the choice of points")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     mode.add_option("--grid-cell", options.grid_cell_m,
-                    "Cell of both occupancy grids [m]; default: what serves each best")
+                    "Cell of both log-odds grids [m]; default: what serves each best")
         ->check(between(0.01, 100.0));
     mode.add_option("--out", options.out_path,
                     "Folder for eval.json and the CSV files of gpom-plot")
         ->type_name("DIR");
+    mode.add_option("--json", options.json_path, "File for what eval.json holds, alone")
+        ->type_name("FILE");
+    mode.add_option("--rivals", options.rivals, "Strong grid and OctoMap too: on or off")
+        ->transform(CLI::IsMember({"on", "off"}))
+        ->default_str("on");
 }
 
-CLI::App *declare_street(CLI::App &app, Options &options)
+CLI::App *declare_street(CLI::App &app, EvalOptions &options)
 {
     CLI::App *mode = app.add_subcommand(
         "street", "Judge by the truth of a simulated street, at random places of the whole area");
@@ -417,10 +313,20 @@ CLI::App *declare_street(CLI::App &app, Options &options)
     mode->add_option("--points", options.n_points, "Test points")
         ->check(CLI::Range(std::size_t{1}, std::size_t{10'000'000}))
         ->capture_default_str();
+    mode->add_flag("--exact-gp", options.exact_gp, "scikit-learn's exact GP too, if installed");
+    mode->add_option("--neighbours", options.neighbours,
+                     "Compare the paper's model from these numbers of hits and as many free\n"
+                     "segments, as 8,16,32, with the dense one of all beams")
+        ->delimiter(',')
+        ->check(CLI::Range(1u, GPOM_POINTS_MAX / 2));
+    mode->add_option("--dense-points", options.n_dense_points,
+                     "Test points near a beam for --neighbours")
+        ->check(CLI::Range(std::size_t{2}, std::size_t{10'000'000}))
+        ->capture_default_str();
     return mode;
 }
 
-void declare_log(CLI::App &app, Options &options)
+void declare_log(CLI::App &app, EvalOptions &options)
 {
     CLI::App *mode =
         app.add_subcommand("log", "Judge by the beams of a log that the map did not get");
@@ -429,8 +335,16 @@ void declare_log(CLI::App &app, Options &options)
                      "Usable range [m]; longer readings are no returns")
         ->check(between(0.1, 1000.0))
         ->capture_default_str();
-    mode->add_option("--fraction", options.fraction, "Share of the returns that the map gets")
+    mode->add_option("--fraction", options.fraction,
+                     "Share of the returns that the map gets; with --split beams\n"
+                     "at most 0.9, the others judge")
         ->check(between(0.0, 1.0))
+        ->capture_default_str();
+    mode->add_option(
+            "--split", options.split,
+            "Judge by held-out \"beams\" of the scans that make the map, or by two \"runs\"\n"
+            "of 40 consecutive scans that it has never seen")
+        ->check(CLI::IsMember({"beams", "runs"}))
         ->capture_default_str();
     mode->add_option("--beam-width-deg", options.beam_width_deg,
                      "Whole angle of the widened grid's beams [degree]")
@@ -442,10 +356,9 @@ void declare_log(CLI::App &app, Options &options)
 
 int main(int argc, char **argv)
 {
-    CLI::App app(
-        "Compare the map with occupancy grids on the same data, judged at the same points.",
-        "gpom-eval");
-    Options street, log;
+    CLI::App app("Compare the map with its rivals on the same data, judged at the same points.",
+                 "gpom-eval");
+    EvalOptions street, log;
     CLI::App *const street_mode = declare_street(app, street);
     declare_log(app, log);
     app.require_subcommand(1);
@@ -454,7 +367,7 @@ int main(int argc, char **argv)
     }
     log.command = street.command;
     return run_tool(app, argc, argv, [&] {
-        const Options &options = street_mode->parsed() ? street : log;
+        const EvalOptions &options = street_mode->parsed() ? street : log;
         evaluate(options, street_mode->parsed() ? street_trial(options) : log_trial(options));
     });
 }

@@ -22,7 +22,9 @@ EXIT_USAGE = 2
 CLASSES = ("free", "unsure", "occupied")
 CLASS_COLOURS = ListedColormap(["white", "0.6", "black"])
 METHOD_STYLES = {"gp_query": ("tab:blue", "-"), "gp_map": ("tab:cyan", "-."),
-                 "grid": ("tab:red", "-"), "wide_grid": ("tab:orange", "-")}
+                 "grid": ("tab:red", "-"), "wide_grid": ("tab:orange", "-"),
+                 "strong_grid": ("tab:brown", "-"), "octomap": ("tab:pink", "-"),
+                 "exact_gp": ("tab:purple", "--")}
 DOTS_PER_INCH = 130
 
 

@@ -52,6 +52,23 @@ typedef struct {
     float p_free;     /**< Class free at or below this probability; < p_occupied. */
     uint16_t n_hits;  /**< Nearest hits per query; >= 1. Default 8. */
     uint16_t n_free;  /**< Nearest free segments per query; >= 1, n_hits + n_free <= 64. */
+
+    /* Beyond the paper's model; 0, the default, leaves each out exactly. See DESIGN.md, 3. */
+
+    uint16_t scan_points_max; /**< Of each kind at most this many points of one scan, out of the
+                                   2 n nearest; 0 .. 64, 0: no cap. */
+    float depth_m;            /**< Occupied part of a hit: from it on this far [m]; 0 .. 5. */
+    float anisotropy;         /**< Distances along the main axis of the chosen hits shrink by the
+                                   factor 1 - anisotropy (1 - sqrt(l2 / l1)), l1 and l2 being their
+                                   scatter along and across it; 0 .. 1, 0 in the map frame. */
+    float vote;               /**< Weight, inside eq. 7, of the mean cosine between the chosen hits'
+                                   beams and the way from hit to query: 1 behind the surface, -1
+                                   before it; fades to 0 at 30 m from the nearest hit. */
+    float log_hit_first;      /**< Weight, inside eq. 7, of log(d + 2 cm), d the distance of the
+                                   nearest hit, at most 30 m. These four: -1e6 .. 1e6. */
+    float log_hit_last;       /**< The same of the n_hits-th hit. */
+    float log_free_first;     /**< The same of the nearest free point. */
+    float log_free_last;      /**< The same of the n_free-th free point. */
 } gpom_params_t;
 
 /** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt ones are better. */
@@ -68,7 +85,8 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_check(const gpom_params_t *par
 /** Prior variance k(x*, x*) of the latent function [1], at the map's origin for GPOM_FRAME_MAP. */
 GPOM_API float gpom_params_prior_variance(const gpom_params_t *params);
 
-/** Probability of occupancy far from all beams: Phi(beta / sqrt(1 + alpha^2 k(x*, x*))), eq. 7. */
+/** Probability of occupancy far from all beams: Phi(beta / sqrt(1 + alpha^2 k(x*, x*))), eq. 7,
+ *  with the four log terms at 30 m added to beta. */
 GPOM_API float gpom_params_prior_probability(const gpom_params_t *params);
 
 #ifdef __cplusplus

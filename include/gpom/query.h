@@ -6,8 +6,8 @@
  *
  *  Cost of one point: at most 4 B / 8 box and B segment and B hit distances for B beams (in
  *  practice about 100 + 20 log2 B of each), then n^2 / 2 covariances and n^3 / 6 + n^2
- *  multiply-adds for n = n_hits + n_free. No allocation, no recursion, no locks: safe in an
- *  interrupt if its time is. */
+ *  multiply-adds for n = n_hits + n_free, and n^2 comparisons with scan_points_max. No allocation,
+ *  no recursion, no locks: safe in an interrupt if its time is. */
 #ifndef GPOM_QUERY_H
 #define GPOM_QUERY_H
 
@@ -68,7 +68,7 @@ typedef struct {
 #define GPOM_SCRATCH_BYTES(n_points, lanes)                                                        \
     ((size_t)512 + (size_t)4 * (size_t)(lanes) *                                                   \
                        ((size_t)(n_points) * ((size_t)(n_points) + 1) / 2 +                        \
-                        (size_t)13 * (size_t)(n_points) + (size_t)8))
+                        (size_t)16 * (size_t)(n_points) + (size_t)8))
 
 /** Queries that this build of the library computes side by side: 1, 4, 8 or 16. */
 GPOM_API uint32_t gpom_lanes(void);

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PARAMS = ROOT / "tools" / "params"
-METHODS = ["gp_query", "gp_map", "grid", "wide_grid"]
+METHODS = ["gp_query", "gp_map", "grid", "wide_grid", "strong_grid", "octomap"]
 FILES = {"eval.json", "map.csv", "grid.csv", "wide_grid.csv", "hits.csv", "poses.csv", "points.csv"}
 PNG_START = b"\x89PNG\r\n\x1a\n"
 
@@ -195,7 +195,155 @@ def test_without_the_papers_parameters_its_map_is_left_out_and_said_so(run, stre
                "--params", params, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
     assert "left out" in done.stdout
-    assert list(report_of(tmp_path / "out")["by_key"]) == ["gp_query", "grid", "wide_grid"]
+    assert list(report_of(tmp_path / "out")["by_key"]) == [key for key in METHODS
+                                                         if key != "gp_map"]
+
+
+# ---- rivals, splits, neighbours -----------------------------------------------------------------
+
+def json_of(run, tmp_path, *arguments):
+    done = run("gpom-eval", *arguments, "--json", tmp_path / "eval.json")
+    assert done.returncode == 0, done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["eval.json"]
+    return report_of(tmp_path), done.stdout
+
+
+def street_words(street, *more, params=PARAMS / "street.toml"):
+    return ("street", "--scans", street, "--truth", street.with_name("truth.pgm"),
+            "--params", params, *more)
+
+
+def log_words(path, *more):
+    return ("log", "--scans", path, "--params", PARAMS / "indoor.toml", *more)
+
+
+def test_the_strong_grid_is_the_best_of_the_grids_and_says_its_cells(intel_eval):
+    methods = report_of(intel_eval)["by_key"]
+    for rival in ("grid", "wide_grid", "octomap"):
+        assert methods["strong_grid"]["all"]["nll"] < methods[rival]["all"]["nll"] - 0.03
+    assert methods["strong_grid"]["all"]["nll"] < 0.1
+    assert " m cells, blur " in methods["strong_grid"]["setting"]
+    assert methods["octomap"]["setting"] in ("0.1 m cells", "0.2 m cells")
+
+
+def test_without_rivals_their_rows_are_missing(run, street, tmp_path):
+    report, _ = json_of(run, tmp_path, *street_words(street, "--rivals", "off", "--points", 500))
+    assert list(report["by_key"]) == METHODS[:4]
+
+
+def test_the_exact_gp_beats_every_grid_on_a_street(run, street, tmp_path):
+    pytest.importorskip("sklearn")
+    report, _ = json_of(run, tmp_path, *street_words(street, "--exact-gp", "--points", 2000))
+    assert list(report["by_key"]) == METHODS + ["exact_gp"]
+    near = {key: method["near"] for key, method in report["by_key"].items()}
+    for key in METHODS[2:]:
+        assert near["exact_gp"]["auc"] > near[key]["auc"]
+        assert near["exact_gp"]["nll"] < near[key]["nll"]
+
+
+@pytest.mark.parametrize("code", [3, 1, None])
+def test_an_exact_gp_that_cannot_run_is_left_out_or_refused(tool, street, tmp_path, code):
+    """Exit code 3 is a missing scikit-learn, no script at all the same; all else is an error."""
+    program = tmp_path / "gpom-eval"
+    program.write_bytes(tool("gpom-eval").read_bytes())
+    program.chmod(0o755)
+    if code is not None:
+        (tmp_path / "exact-gp").write_text(f"#!/bin/sh\nexit {code}\n", encoding="utf-8")
+        (tmp_path / "exact-gp").chmod(0o755)
+    words = street_words(street, "--exact-gp", "--points", 500, "--json", tmp_path / "eval.json")
+    done = subprocess.run([program, *map(str, words)], capture_output=True, text=True,
+                          timeout=60, check=False)
+    if code == 1:
+        refused(done, "gpom-eval", "exact-gp")
+        assert not (tmp_path / "eval.json").exists()
+    else:
+        assert done.returncode == 0 and "left out: exact GP" in done.stdout
+        assert list(report_of(tmp_path)["by_key"]) == METHODS
+
+
+def test_more_parameters_make_more_rows(run, street, tmp_path):
+    also = f"{PARAMS / 'indoor.toml'},{PARAMS / 'street.toml'}"
+    report, _ = json_of(run, tmp_path, *street_words(
+        street, "--rivals", "off", "--points", 500, "--also", also))
+    methods = report["by_key"]
+    assert list(methods) == METHODS[:2] + ["gp_indoor", "gp_street"] + METHODS[2:4]
+    assert methods["gp_street"]["near"] == methods["gp_query"]["near"]
+    assert methods["gp_indoor"]["near"] != methods["gp_query"]["near"]
+
+
+def test_held_out_runs_leave_eighty_scans_out_of_the_map(run, log, intel_eval, tmp_path):
+    report, _ = json_of(run, tmp_path, *log_words(log("intel.log.gz"), "--split", "runs"))
+    beams = report_of(intel_eval)
+    assert (report["split"], beams["split"]) == ("runs", "beams")
+    assert 0.8 < report["beams"] / beams["beams"] < 0.93  # 520 of 600 scans
+    # Grids know nothing between beams, so that whole runs without beams cost them.
+    assert (report["by_key"]["strong_grid"]["all"]["nll"] >
+            beams["by_key"]["strong_grid"]["all"]["nll"])
+
+
+def test_runs_need_enough_scans(run, street):
+    refused(run("gpom-eval", *log_words(street, "--split", "runs")), "gpom-eval", "--split runs")
+
+
+def test_all_beams_are_nine_in_ten(run, log, tmp_path):
+    report, _ = json_of(run, tmp_path, *log_words(log("seattle.log.gz"), "--fraction", 1.0,
+                                                  "--rivals", "off"))
+    quarter, _ = json_of(run, tmp_path, *log_words(log("seattle.log.gz"), "--fraction", 0.25,
+                                                   "--rivals", "off"))
+    assert report["beams"] / quarter["beams"] == pytest.approx(0.9 / 0.25, rel=0.02)
+    assert report["by_key"]["gp_query"]["all"]["points"] == 6000
+
+
+def test_more_neighbours_come_closer_to_all_beams(run, street, tmp_path):
+    """Of a covariance that falls with distance; the plain model, in which nothing is capped."""
+    params = street.with_name("plain.toml")
+    params.write_text('kernel = "matern12"\nsf2 = 1.0\nell_m = 4.0\nsn2 = 0.1\nalpha = 5.0\n'
+                      'beta = 0.5\nhits = 8\nfree = 8\ngap_m = 0.1\np_occupied = 0.7\n'
+                      'p_free = 0.3\n', encoding="utf-8")
+    report, stdout = json_of(run, tmp_path, *street_words(
+        street, "--rivals", "off", "--points", 400, "--neighbours", "1,8,32",
+        "--dense-points", 100, params=params))
+    rows = report["neighbours"]
+    assert [row["neighbours"] for row in rows] == [1, 8, 32, 0]
+    assert all(row["points"] == 100 for row in rows)
+    errors = [row["mean_error_max"] for row in rows]
+    assert errors == sorted(errors, reverse=True) and errors[-1] == 0 < errors[-2] < errors[0]
+    assert "32 + 32" in stdout and "all beams" in stdout
+
+
+# ---- gpom-results -------------------------------------------------------------------------------
+
+def results(run, tool, data, out, *more):
+    return run("gpom-results", "--build", tool("gpom-eval").parent, "--data", data, "--out", out,
+               *more)
+
+
+def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool, log, tmp_path):
+    (tmp_path / "seattle.log.gz").symlink_to(log("seattle.log.gz"))
+    texts = []
+    for name in ("a.md", "b.md"):
+        done = results(run, tool, tmp_path, tmp_path / name, "--seeds", "0,1", "--fractions",
+                       "0.04", "--streets", 1, "--points", 100)
+        assert done.returncode == 0, done.stderr
+        assert "intel left out" in done.stdout
+        texts.append((tmp_path / name).read_text(encoding="utf-8"))
+    text = texts[0]
+    assert texts[1] == text and str(tmp_path) not in text
+    assert "Logs left out, not in the data folder: intel, csail, campus-west, acapulco." in text
+    for words in ("held-out beams, 4 %", "held-out runs", "Streets, within 5 m", "| 32 + 32 |",
+                  "gpom-eval log --scans $DATA/seattle.log.gz", "`$SEED` = 0, 1",
+                  "| seattle | strong grid |", "| **mean** | OctoMap |"):
+        assert words in text
+    assert text.count("```\ngpom-") == 5
+    assert "gpom-learn --scans $DATA/seattle.log.gz" in text
+
+
+def test_results_of_nothing_are_refused(run, tool, tmp_path):
+    done = results(run, tool, tmp_path, tmp_path / "out.md", "--streets", 0)
+    refused(done, "gpom-results", "no logs and no streets")
+    refused(results(run, tool, tmp_path, tmp_path / "out.md", "--seeds", "x"), "gpom-results",
+            "--seeds")
+    assert list(tmp_path.iterdir()) == []
 
 
 # ---- bad input ----------------------------------------------------------------------------------
@@ -220,7 +368,8 @@ def test_a_missing_file_is_refused_and_nothing_is_written(run, street, tmp_path,
 
 
 @pytest.mark.parametrize("option, value", [
-    ("--points", "0"), ("--points", "many"), ("--grid-cell", "0"), ("--grid-cell", "nan"),
+    ("--points", "0"), ("--points", "many"), ("--rivals", "maybe"), ("--neighbours", "8,33"),
+    ("--neighbours", "0"), ("--dense-points", "1"), ("--grid-cell", "0"), ("--grid-cell", "nan"),
     ("--grid-cell", "-1"), ("--seed", "-1"), ("--pionts", "5")])
 def test_an_absurd_street_option_is_refused_by_name(run, street, tmp_path, option, value):
     done = evaluate_street(run, street, tmp_path / "out", option, value)
@@ -229,7 +378,8 @@ def test_an_absurd_street_option_is_refused_by_name(run, street, tmp_path, optio
 
 
 @pytest.mark.parametrize("option, value", [
-    ("--fraction", "0"), ("--fraction", "1"), ("--fraction", "nan"), ("--range-max", "0"),
+    ("--fraction", "0"), ("--fraction", "1.1"), ("--fraction", "nan"), ("--range-max", "0"),
+    ("--split", "halves"), ("--exact-gp", "log"),
     ("--beam-width-deg", "180"), ("--beam-width-deg", "nan")])
 def test_an_absurd_log_option_is_refused_by_name(run, street, tmp_path, option, value):
     done = run("gpom-eval", "log", "--scans", street, "--params", PARAMS / "indoor.toml",

@@ -3,6 +3,7 @@
 The first part checks the oracle itself against other formulas, so that it can be trusted.
 """
 import csv
+import dataclasses
 import gzip
 import math
 import pathlib
@@ -28,11 +29,23 @@ KERNEL_KEYS = {
     "se": "sf2 = 1.0\nell_m = 3.0\nsn2 = 0.1\n",
     "askey": "sf2 = 1.0\nell_m = 12.0\nsn2 = 0.05\nsn2_free = 0.1\n",
 }
+LOG_WEIGHTS = {"log_hit_first": -0.4, "log_hit_last": -0.2, "log_free_first": 0.35,
+               "log_free_last": 0.15}
+ADDITIONS = {  # to the paper's model
+    "depth": {"depth_m": 1.5},
+    "cap": {"scan_points_max": 2},
+    "anisotropy": {"anisotropy": 0.75},
+    "vote": {"vote": 1.25},
+    "logarithms": LOG_WEIGHTS,
+    "all": {"depth_m": 1.0, "scan_points_max": 3, "anisotropy": 0.5, "vote": 0.75, **LOG_WEIGHTS},
+}
+EXTENDED = [("matern12", name) for name in ADDITIONS] + [("nn", "all")]
 
 
-def params_text(kernel, frame="query"):
+def params_text(kernel, frame="query", **more):
     return (f'kernel = "{kernel}"\nframe = "{frame}"\nhits = 8\nfree = 8\n'
-            + KERNEL_KEYS[kernel] + SIGMOID)
+            + KERNEL_KEYS[kernel] + SIGMOID
+            + "".join(f"{key} = {value!r}\n" for key, value in more.items()))
 
 
 # ---- the oracle itself --------------------------------------------------------------------------
@@ -62,6 +75,16 @@ def test_oracle_local_gp_is_the_conditional_of_the_joint_gaussian():
     assert variance == pytest.approx(1.0 / precision[0, 0], abs=1e-9)
 
 
+def test_oracle_point_of_infinite_noise_is_left_out():
+    params = oracle.Params(ell_m=4.0)
+    x = np.random.default_rng(2).uniform(-5, 5, (6, 2))
+    labels, noises = np.array([1.0, -1.0] * 3), np.array([0.1, math.inf, 0.2, 0.3, math.inf, 0.1])
+    kept = np.isfinite(noises)
+    got = oracle.local_gp(params, x, labels, noises, np.zeros(2))
+    expected = oracle.local_gp(params, x[kept], labels[kept], noises[kept], np.zeros(2))
+    assert np.allclose(got, expected, rtol=0.0, atol=1e-12)
+
+
 def test_oracle_normal_distribution_agrees_with_the_standard_library():
     z = np.linspace(-6, 6, 101)
     expected = [statistics.NormalDist().cdf(value) for value in z]
@@ -79,6 +102,149 @@ def test_oracle_closest_point_on_a_free_segment_is_no_farther_than_any_sampled_o
         d = np.linalg.norm(beams.origin[i] + steps - query[:, None], axis=-1).min(axis=1)
         mine = np.linalg.norm(free.point[free.index == i], axis=-1)
         assert np.all(mine <= d + 1e-9) and np.all(mine >= d - 0.011)
+
+
+def random_rows(seed, n_scans=12):
+    """Scans of a robot that wanders about; one reading in ten is no return."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for i in range(n_scans):
+        ranges = np.where(rng.random(20) < 0.1, math.inf, rng.uniform(0.5, 12.0, 20))
+        pose = (*rng.uniform(-8, 8, 2), rng.uniform(-3, 3))
+        rows.append([float(i), *pose, -1.5, 0.15, 15.0, *ranges])
+    return rows
+
+
+def oracle_answers(rows, query, kernel="matern12", **changes):
+    shape = {"sf2": 1.0, "s0": 1.0, "s1": 0.1, "ell_m": 6.0, "alpha": 3.0, "beta": 0.1}
+    params = oracle.Params(kernel=kernel, **{**shape, **changes})
+    return oracle.query_map(params, oracle.beams_from_scans(rows, params.gap_m), query)
+
+
+def assert_same_answers(a, b, tolerance=0.0):
+    for name in ("mean", "variance", "probability"):
+        assert np.abs(getattr(a, name) - getattr(b, name)).max() <= tolerance, name
+
+
+# A cap of as many points as are asked for never binds; a depth or a shrinking of next to nothing
+# changes next to nothing.
+@pytest.mark.parametrize("change", [{"scan_points_max": 64}, {"scan_points_max": 8},
+                                    {"depth_m": 1e-12}, {"anisotropy": 1e-12}, {"vote": 1e-12}],
+                         ids=lambda change: next(iter(change)))
+def test_oracle_additions_reach_the_plain_model_continuously(change):
+    query = np.random.default_rng(4).uniform(-15, 15, (300, 2))
+    plain = oracle_answers(random_rows(5), query)
+    assert_same_answers(oracle_answers(random_rows(5), query, **change), plain, 1e-9)
+
+
+@pytest.mark.parametrize("kernel", ["matern12", "nn"])
+def test_oracle_with_all_additions_does_not_care_how_the_world_is_turned(kernel):
+    query = np.random.default_rng(6).uniform(-15, 15, (300, 2))
+    c, s = math.cos(0.7), math.sin(0.7)
+    turn, moved = np.array([[c, -s], [s, c]]), np.array([3.0, -5.0])
+    turned = [[t, *(turn @ (x, y) + moved), theta + 0.7, *rest]
+              for t, x, y, theta, *rest in random_rows(5)]
+    there = oracle_answers(turned, query @ turn.T + moved, kernel, **ADDITIONS["all"])
+    here = oracle_answers(random_rows(5), query, kernel, **ADDITIONS["all"])
+    clear = here.margin_m > 1e-9  # elsewhere the rounding of the turn decides
+    assert clear.mean() > 0.9
+    assert np.abs(here.probability - there.probability)[clear].max() < 1e-9
+    assert np.abs(here.variance - there.variance)[clear].max() < 1e-9
+
+
+def test_oracle_occupied_part_is_the_segment_behind_the_hit():
+    beams = oracle.beams_from_scans(random_rows(7, n_scans=1), 0.1)
+    query = np.random.default_rng(3).uniform(-15, 15, (50, 2))
+    hits = oracle.nearest_hits(beams, query, 20, 1.5)
+    for i in np.flatnonzero(~np.isnan(beams.hit[:, 0])):
+        steps = np.linspace(0, 1.5, 1501)[:, None] * beams.direction[i]
+        d = np.linalg.norm(beams.hit[i] + steps - query[:, None], axis=-1).min(axis=1)
+        mine = np.linalg.norm(hits.point[hits.index == i], axis=-1)
+        assert np.all(mine <= d + 1e-9) and np.all(mine >= d - 0.002)
+
+
+def capped_by_hand(d2, scan, k, most):
+    """The definition of the cap for one query, item by item."""
+    chosen = []
+    for i in sorted(range(len(d2)), key=lambda i: (d2[i], i))[:2 * k]:
+        if len(chosen) < k and [scan[j] for j in chosen].count(scan[i]) < most:
+            chosen.append(i)
+    return chosen
+
+
+@pytest.mark.parametrize("k, most, n_scans",
+                         [(8, 2, 12), (8, 1, 4), (3, 2, 5), (15, 3, 9), (8, 2, 1)])
+def test_oracle_cap_chooses_by_its_definition_and_knows_how_clearly(k, most, n_scans):
+    rng = np.random.default_rng(8)
+    offset, scan = rng.normal(0, 5, (400, 25, 2)), rng.integers(n_scans, size=25)
+    cap = oracle.Cap(scan, most)
+    got = oracle.nearest(offset, np.arange(25), k, cap)
+    for i, d2 in enumerate(np.sum(offset**2, axis=-1)):
+        assert list(got.index[i, got.present[i]]) == capped_by_hand(d2, scan, k, most)
+    # Distances that change by less than half of the margin leave the choice as it is.
+    d = np.linalg.norm(offset, axis=-1, keepdims=True)
+    change = rng.choice([-0.499, 0.499], d.shape) * np.minimum(got.margin_m, 1.0)[:, None, None]
+    moved = oracle.nearest(offset * np.abs(1.0 + change / d), np.arange(25), k, cap)
+    near = (d + change > 0.0).all(axis=(1, 2))
+    assert near.mean() > 0.8
+    for i in np.flatnonzero(near):
+        assert set(got.index[i, got.present[i]]) == set(moved.index[i, moved.present[i]])
+
+
+def test_oracle_full_anisotropy_makes_the_scatter_of_the_hits_round():
+    beams = oracle.beams_from_scans(random_rows(9), 0.1)
+    hits = oracle.nearest_hits(beams, np.random.default_rng(4).uniform(-9, 9, (100, 2)), 8)
+    axis, factor = oracle.hits_axis(oracle.Params(anisotropy=1.0), hits)
+    half, half_factor = oracle.hits_axis(oracle.Params(anisotropy=0.5), hits)
+    assert np.allclose(half_factor, (1.0 + factor) / 2.0) and np.array_equal(half, axis)
+    weight = 1.0 / (0.01 + np.sum(hits.point**2, axis=-1))
+    for x, w in zip(oracle.shrink(hits.point, axis, factor), weight):
+        lam = np.linalg.eigvalsh(np.cov(x.T, aweights=w, ddof=0))
+        assert lam[0] == pytest.approx(lam[1], rel=1e-9)
+
+
+def test_oracle_anisotropy_needs_two_different_hits():
+    one = [[0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 30.0, 5.0]]
+    for rows in (one, one * 3):
+        query = [(1.0, 2.0), (5.5, 0.25)]
+        plain = oracle_answers(rows, query)
+        assert_same_answers(oracle_answers(rows, query, anisotropy=1.0), plain)
+
+
+# One beam along x, with its hit at x = 5 m.
+@pytest.mark.parametrize("at, vote", [
+    ((6.0, 0.0), 1.0 - 1.0 / 30.0), ((3.0, 0.0), -(1.0 - 2.0 / 30.0)), ((5.0, 4.0), 0.0),
+    ((8.0, 4.0), 0.6 * (1.0 - 5.0 / 30.0)), ((35.0, 0.0), 0.0), ((80.0, 0.0), 0.0),
+    ((5.0, 0.0), 0.0)])
+def test_oracle_vote_is_positive_behind_the_surface_and_fades_in_30_m(at, vote):
+    beams = oracle.beams_from_scans([[0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 90.0, 5.0]], 0.1)
+    hits = oracle.nearest_hits(beams, np.array([at]), 8)
+    assert oracle.direction_vote(beams, hits)[0] == pytest.approx(vote, abs=1e-12)
+
+
+def test_oracle_argument_of_eq_7_is_the_sum_of_its_terms():
+    """One beam: the first hit is 2 m and the first free point 2.1 m away, a last one is missing."""
+    rows = [[0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 30.0, 5.0]]
+    changes = {"vote": 0.7, "hits": 2, "free": 2, **LOG_WEIGHTS}
+    plain, got = oracle_answers(rows, [(7.0, 0.0)]), oracle_answers(rows, [(7.0, 0.0)], **changes)
+    z = (3.0 * plain.mean[0] + 0.1 + 0.7 * (1.0 - 2.0 / 30.0) - 0.4 * math.log(2.02)
+         - 0.2 * math.log(30.02) + 0.35 * math.log(2.12) + 0.15 * math.log(30.02))
+    expected = statistics.NormalDist().cdf(z / math.sqrt(1.0 + 9.0 * plain.variance[0]))
+    assert got.probability[0] == pytest.approx(expected, abs=1e-12)
+    both = oracle_answers(rows, [(7.0, 0.0)], **{**changes, "hits": 1, "free": 1})
+    z += -0.2 * math.log(2.02 / 30.02) + 0.15 * math.log(2.12 / 30.02)
+    expected = statistics.NormalDist().cdf(z / math.sqrt(1.0 + 9.0 * plain.variance[0]))
+    assert both.probability[0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_oracle_prior_probability_is_the_answer_far_from_all_beams_and_without_any():
+    plain = oracle.Params(ell_m=6.0, alpha=3.0, beta=0.1)
+    changes = {"ell_m": 6.0, "alpha": 3.0, "beta": 0.1, **ADDITIONS["all"]}
+    prior = oracle.prior_probability(oracle.Params(**changes))
+    assert abs(prior - oracle.prior_probability(plain)) > 0.01
+    for rows in (random_rows(5), []):
+        far = oracle_answers(rows, [(1e5, -2e5)], **changes)
+        assert far.probability[0] == pytest.approx(prior, abs=1e-12)
 
 
 def test_golden_files_are_what_the_oracle_gives():
@@ -157,6 +323,48 @@ def test_mean_and_variance_agree_with_the_oracle(run, tmp_path, street, points, 
     _, got, expected, clear = compared(run, tmp_path, street, path, points)
     assert worst(got.mean, expected.mean, clear) < 1e-3
     assert worst(got.variance, expected.variance, clear) < 1e-3
+
+
+@pytest.fixture(scope="session")
+def points_and_beyond(points):
+    """The same points and some up to 80 m away, where the vote and the distances run out."""
+    rng = np.random.default_rng(11)
+    bearing, d_m = rng.uniform(-math.pi, math.pi, 500), rng.uniform(20.0, 80.0, 500)
+    edge = points[rng.integers(len(points), size=500)]
+    away = edge + d_m[:, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=1)
+    return np.vstack([points, away])
+
+
+@pytest.mark.parametrize("kernel, addition", EXTENDED)
+def test_additions_to_the_model_agree_with_the_oracle(
+        run, tmp_path, street, points_and_beyond, kernel, addition):
+    path = tmp_path / "params.toml"
+    path.write_text(params_text(kernel, **ADDITIONS[addition]), encoding="utf-8")
+    _, got, expected, clear = compared(run, tmp_path, street, path, points_and_beyond)
+    assert worst(got.mean, expected.mean, clear) < 1e-3
+    assert worst(got.variance, expected.variance, clear) < 1e-3
+    assert worst(got.probability, expected.probability, clear) < 1e-3
+
+
+@pytest.mark.parametrize("addition", ADDITIONS)
+def test_every_addition_changes_what_the_oracle_expects(street, points, addition):
+    """Else the agreement above would say nothing of it."""
+    plain = oracle.Params(ell_m=8.0, sn2=0.05, alpha=3.0)
+    beams = oracle.read_beams(street, plain)
+    before = oracle.query_map(plain, beams, points[:500])
+    after = oracle.query_map(dataclasses.replace(plain, **ADDITIONS[addition]), beams, points[:500])
+    assert np.mean(np.abs(after.probability - before.probability) > 0.01) > 0.1
+
+
+def test_neutral_additions_do_not_change_a_bit(run, tmp_path, street, points):
+    at = write_points(tmp_path / "points.csv", points)
+    neutral = {key: 0 if key == "scan_points_max" else 0.0 for key in ADDITIONS["all"]}
+    told, untold = tmp_path / "told.toml", tmp_path / "untold.toml"
+    told.write_text(params_text("matern12", **neutral), encoding="utf-8")
+    untold.write_text(params_text("matern12"), encoding="utf-8")
+    _, one = ask(run, tmp_path, street, told, at)
+    _, other = ask(run, tmp_path, street, untold, at)
+    assert_same_answers(one, other)
 
 
 def test_there_are_learnt_parameters():
@@ -324,6 +532,19 @@ BAD_PARAMS = {  # what replaces what in the good file, and the field the message
     "unknown frame": ('"query"', '"world"', "frame"),
     "word for a number": ("alpha = 3.0", 'alpha = "steep"', "alpha"),
     "negative gap": ("gap_m = 0.1", "gap_m = -0.1", "gap_m"),
+    "anisotropy above 1": ("beta =", "anisotropy = 1.01\nbeta =", "anisotropy"),
+    "negative anisotropy": ("beta =", "anisotropy = -0.1\nbeta =", "anisotropy"),
+    "anisotropy NaN": ("beta =", "anisotropy = nan\nbeta =", "anisotropy"),
+    "anisotropy in the map frame": ('"query"', '"map"\nanisotropy = 0.5', "anisotropy"),
+    "negative depth": ("beta =", "depth_m = -0.1\nbeta =", "depth_m"),
+    "depth above 5 m": ("beta =", "depth_m = 5.1\nbeta =", "depth_m"),
+    "cap above 64": ("beta =", "scan_points_max = 65\nbeta =", "scan_points_max"),
+    "negative cap": ("beta =", "scan_points_max = -1\nbeta =", "scan_points_max"),
+    "cap of one and a half": ("beta =", "scan_points_max = 1.5\nbeta =", "scan_points_max"),
+    "infinite vote": ("beta =", "vote = inf\nbeta =", "vote"),
+    **{f"{key} NaN": ("beta =", f"{key} = nan\nbeta =", key) for key in LOG_WEIGHTS},
+    **{f"prior pushed out by {key}": ("beta =", f"{key} = 2.0\nbeta =", "prior probability")
+       for key in LOG_WEIGHTS},
 }
 
 

@@ -106,7 +106,8 @@ std::vector<gpom::Beam> beams_of(const World &world, std::uint32_t n)
     return beams;
 }
 
-constexpr gpom::HitPart kHits = {};
+constexpr gpom::HitPart kHits = {0.0f};
+constexpr gpom::HitPart kDeepHits = {0.7f};
 constexpr gpom::FreePart kFree = {kGap_m};
 
 /// A built tree with its arrays.
@@ -155,14 +156,16 @@ struct Ranked {
     bool operator<(const Ranked &o) const { return d2 != o.d2 ? d2 < o.d2 : id < o.id; }
 };
 
-double true_distance(const gpom::Beam &b, Xy q, bool of_hit)
+/// depth_m < 0: of the free segment, else of the occupied part of that depth.
+double true_distance(const gpom::Beam &b, Xy q, double depth_m)
 {
     const double range = b.range_m;
     const double length =
         b.is_hit != 0 ? std::max(0.0, range - static_cast<double>(kGap_m)) : range;
     const double along = (q.x - static_cast<double>(b.x_m)) * static_cast<double>(b.dir_x) +
                          (q.y - static_cast<double>(b.y_m)) * static_cast<double>(b.dir_y);
-    const double t = of_hit ? range : std::clamp(along, 0.0, length);
+    const double t =
+        depth_m >= 0.0 ? std::clamp(along, range, range + depth_m) : std::clamp(along, 0.0, length);
     return std::hypot(static_cast<double>(b.x_m) + t * static_cast<double>(b.dir_x) - q.x,
                       static_cast<double>(b.y_m) + t * static_cast<double>(b.dir_y) - q.y);
 }
@@ -177,14 +180,17 @@ float distance2_of(const gpom::Beam &beam, float x_m, float y_m, const Part &par
 template <class Part>
 std::vector<Ranked> brute_force(const std::vector<gpom::Beam> &beams, Xy q, const Part &part)
 {
-    constexpr bool of_hit = std::is_same_v<Part, gpom::HitPart>;
+    double depth_m = -1.0;
+    if constexpr (std::is_same_v<Part, gpom::HitPart>) {
+        depth_m = static_cast<double>(part.depth_m);
+    }
     const auto x_m = static_cast<float>(q.x);
     const auto y_m = static_cast<float>(q.y);
     std::vector<Ranked> all;
     for (const std::uint32_t i : members<Part>(beams)) {
         all.push_back({distance2_of(beams[i], x_m, y_m, part),
                        static_cast<std::int32_t>(beams[i].id),
-                       true_distance(beams[i], {x_m, y_m}, of_hit)});
+                       true_distance(beams[i], {x_m, y_m}, depth_m)});
     }
     std::sort(all.begin(), all.end());
     return all;
@@ -347,6 +353,7 @@ template <class Fn> void for_all_worlds(Fn f)
 TEST_CASE("the k nearest hits equal brute force")
 {
     for_all_worlds([](const World &world, std::uint32_t n) { check_world(world, n, kHits); });
+    for_all_worlds([](const World &world, std::uint32_t n) { check_world(world, n, kDeepHits); });
 }
 
 // The same of the nearest points on free segments (eq. 10).

@@ -52,8 +52,9 @@ gpom_params_t random_params(Random &random, gpom_kernel_t which)
 }
 
 /// What float32 may cost. Eq. 4's argument c carries an error of about 8e-7 (near -1; near 1 it is
-/// formed without cancellation), which the arcsine's slope 1 / sqrt(1 - c^2) enlarges; the others see the rounding of coordinates of up to 200 length
-/// scales, 1.2e-5 each of four, times their slope of 1 / ell, Askey's of 3 / ell.
+/// formed without cancellation), which the arcsine's slope 1 / sqrt(1 - c^2) enlarges; the others
+/// see the rounding of coordinates of up to 200 length scales, 1.2e-5 each of four, times their
+/// slope of 1 / ell, Askey's of 3 / ell.
 double tolerance(const gpom_params_t &p, double k)
 {
     const double sf2 = p.sf2;

@@ -115,6 +115,24 @@ TEST_CASE("each refused setting names its field")
     for (const float bad : {1.0f, 1.5f, kNan, 0.2f, 0.1f, -kInf}) {
         check_refused({"p_occupied", any, [bad](gpom_params_t &p) { p.p_occupied = bad; }});
     }
+    for (const float bad : {-0.001f, 5.1f, kNan}) {
+        check_refused({"depth_m", any, [bad](gpom_params_t &p) { p.depth_m = bad; }});
+    }
+    for (const float bad : {-0.001f, 1.001f, kNan}) {
+        check_refused({"anisotropy", any, [bad](gpom_params_t &p) { p.anisotropy = bad; }});
+    }
+    check_refused({"anisotropy", any, [](gpom_params_t &p) {
+                       p.frame = GPOM_FRAME_MAP;
+                       p.anisotropy = 0.5f;
+                   }});
+    for (const float bad : {-2e6f, kInf, kNan}) {
+        check_refused({"vote", any, [bad](gpom_params_t &p) { p.vote = bad; }});
+        check_refused({"log_hit_first", any, [bad](gpom_params_t &p) { p.log_hit_first = bad; }});
+        check_refused({"log_hit_last", any, [bad](gpom_params_t &p) { p.log_hit_last = bad; }});
+        check_refused({"log_free_first", any, [bad](gpom_params_t &p) { p.log_free_first = bad; }});
+        check_refused({"log_free_last", any, [bad](gpom_params_t &p) { p.log_free_last = bad; }});
+    }
+    check_refused({"scan_points_max", any, [](gpom_params_t &p) { p.scan_points_max = 65; }});
     check_refused({"hits", any, [](gpom_params_t &p) { p.n_hits = 0; }});
     check_refused({"free", any, [](gpom_params_t &p) { p.n_free = 0; }});
     check_refused({"hits", any, [](gpom_params_t &p) { p.n_hits = 57; }});

@@ -1,6 +1,7 @@
 #include "tools/lib/eval_report.hpp"
 
 #include "tools/lib/raster_csv.hpp"
+#include "tools/lib/text_lines.hpp"
 
 #include <utility>
 
@@ -88,7 +89,7 @@ std::string report_table(const std::vector<MethodResult> &methods)
         if (method.near) {
             append_metrics(text, *method.near);
         }
-        text += '\n';
+        text += method.setting.empty() ? "\n" : "  " + method.setting + "\n";
     }
     for (const PaperResult &paper : kPaperResults) {
         append_text(text, "%-*s  %7.4f %7.4f       -       -\n", kLabelColumns, paper.label,
@@ -107,6 +108,9 @@ nlohmann::ordered_json report_json(const std::vector<MethodResult> &methods)
         nlohmann::ordered_json entry;
         entry["key"] = method.key;
         entry["label"] = method.label;
+        if (!method.setting.empty()) {
+            entry["setting"] = method.setting;
+        }
         entry["all"] = json_of(method.all);
         if (method.near) {
             entry["near"] = json_of(*method.near);
@@ -133,7 +137,8 @@ std::string points_csv(const std::vector<TestPoint> &points, const std::vector<b
         append_text(text, "%.4f,%.4f,%d,%d", points[i].at.x_m, points[i].at.y_m,
                     points[i].occupied ? 1 : 0, near_beam.empty() || near_beam[i] ? 1 : 0);
         for (const MethodResult &method : methods) {
-            append_text(text, ",%.6g", method.probabilities[i]);
+            text += ',';
+            append_number(text, method.probabilities[i]); // all digits: they decide the ranking
         }
         text += '\n';
     }

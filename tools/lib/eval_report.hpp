@@ -16,8 +16,9 @@ namespace gpom_tools
 
 /// One way of mapping and how well it did.
 struct MethodResult {
-    std::string key;                   ///< Name in files: gp_query, gp_map, grid, wide_grid.
+    std::string key;                   ///< Name in files: gp_query, strong_grid, octomap, …
     std::string label;                 ///< Name for people.
+    std::string setting;               ///< What was chosen for it, as "0.2 m cells"; or none.
     std::vector<double> probabilities; ///< At the test points.
     Metrics all;
     std::optional<Metrics> near; ///< Over the points near a beam; not for logs.

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <utility>
 
 namespace gpom_tools
 {
@@ -57,7 +58,7 @@ public:
         require(key);
         const auto value = table_[key].value_exact<std::int64_t>();
         if (!value || *value < 0 || *value > static_cast<std::int64_t>(GPOM_POINTS_MAX)) {
-            fail(key, key + ": must be a whole number from 1 to 64");
+            fail(key, key + ": must be a whole number from 0 to 64");
         }
         return static_cast<std::uint16_t>(*value);
     }
@@ -117,14 +118,38 @@ gpom_frame_t frame_of(const Reader &reader)
 
 std::set<std::string> keys_of(std::int32_t kernel)
 {
-    std::set<std::string> keys = {"kernel", "frame", "sf2",  "sn2",   "sn2_free",   "alpha",
-                                  "beta",   "hits",  "free", "gap_m", "p_occupied", "p_free"};
+    std::set<std::string> keys = {
+        "depth_m",      "anisotropy",     "vote",          "log_hit_first",
+        "log_hit_last", "log_free_first", "log_free_last", "scan_points_max",
+        "kernel",       "frame",          "sf2",           "sn2",
+        "sn2_free",     "alpha",          "beta",          "hits",
+        "free",         "gap_m",          "p_occupied",    "p_free"};
     if (kernel == GPOM_KERNEL_NN) {
         keys.insert({"s0", "s1"});
     } else {
         keys.insert("ell_m");
     }
     return keys;
+}
+
+/// What goes beyond the paper's model; each is neutral where its key is absent.
+void read_context(const Reader &reader, gpom_params_t &params)
+{
+    const std::pair<const char *, float *> numbers[] = {{"depth_m", &params.depth_m},
+                                                        {"anisotropy", &params.anisotropy},
+                                                        {"vote", &params.vote},
+                                                        {"log_hit_first", &params.log_hit_first},
+                                                        {"log_hit_last", &params.log_hit_last},
+                                                        {"log_free_first", &params.log_free_first},
+                                                        {"log_free_last", &params.log_free_last}};
+    for (const auto &[key, value] : numbers) {
+        if (reader.has(key)) {
+            *value = reader.number(key);
+        }
+    }
+    if (reader.has("scan_points_max")) {
+        params.scan_points_max = reader.count("scan_points_max");
+    }
 }
 
 gpom_params_t params_from(const Reader &reader)
@@ -150,6 +175,7 @@ gpom_params_t params_from(const Reader &reader)
     params.gap_m = reader.number("gap_m");
     params.p_occupied = reader.number("p_occupied");
     params.p_free = reader.number("p_free");
+    read_context(reader, params);
     return params;
 }
 

@@ -52,6 +52,42 @@ std::vector<TestPoint> held_out_points(const std::vector<Scan> &scans,
     return points;
 }
 
+enum class Part { kTrains, kJudges, kIgnored };
+
+/// `choose(i_scan)` says what becomes of each usable return, in the order of the log.
+template <class Choose>
+LogSplit split_by(const std::vector<Scan> &scans, ProtocolRandom &random, const Choose &choose)
+{
+    LogSplit split{scans, scans, {}};
+    std::vector<Reading> others;
+    std::size_t n_training = 0;
+    for (std::size_t i_scan = 0; i_scan < scans.size(); ++i_scan) {
+        const Scan &scan = scans[i_scan];
+        for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
+            const double range_m = double{scan.ranges_m[i]};
+            const bool usable = range_m > kLogRangeMin && range_m < scan.range_max_m;
+            const Part part = usable ? choose(i_scan) : Part::kIgnored;
+            constexpr float kLeftOut = std::numeric_limits<float>::quiet_NaN();
+            if (part != Part::kTrains) {
+                split.training[i_scan].ranges_m[i] = kLeftOut;
+            }
+            if (part != Part::kJudges) {
+                split.others[i_scan].ranges_m[i] = kLeftOut;
+            } else {
+                others.push_back({i_scan, i});
+            }
+            n_training += part == Part::kTrains ? 1 : 0;
+        }
+    }
+    if (n_training == 0 || others.size() < 2) {
+        throw std::runtime_error(std::to_string(n_training) + " returns for the map and " +
+                                 std::to_string(others.size()) +
+                                 " to judge it; give more scans or another --fraction");
+    }
+    split.points = held_out_points(scans, others, random);
+    return split;
+}
+
 double squared_distance(gpom_point_t point, const GridBeam &beam)
 {
     const double c = std::cos(beam.bearing_rad), s = std::sin(beam.bearing_rad);
@@ -78,34 +114,32 @@ std::vector<Scan> evenly_taken(std::vector<Scan> scans, std::size_t n)
 LogSplit split_log(const std::vector<Scan> &scans, double fraction, std::uint64_t seed)
 {
     ProtocolRandom random(seed);
-    LogSplit split{scans, scans, {}};
-    std::vector<Reading> others;
-    std::size_t n_training = 0;
-    for (std::size_t i_scan = 0; i_scan < scans.size(); ++i_scan) {
-        const Scan &scan = scans[i_scan];
-        for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
-            const double range_m = double{scan.ranges_m[i]};
-            const bool usable = range_m > kLogRangeMin && range_m < scan.range_max_m;
-            const bool trains = usable && random.uniform() < fraction;
-            constexpr float kLeftOut = std::numeric_limits<float>::quiet_NaN();
-            if (!trains) {
-                split.training[i_scan].ranges_m[i] = kLeftOut;
-            }
-            if (trains || !usable) {
-                split.others[i_scan].ranges_m[i] = kLeftOut;
-            } else {
-                others.push_back({i_scan, i});
-            }
-            n_training += trains ? 1 : 0;
+    return split_by(scans, random, [&](std::size_t) {
+        return random.uniform() < fraction ? Part::kTrains : Part::kJudges;
+    });
+}
+
+LogSplit split_log_runs(const std::vector<Scan> &scans, double fraction, std::uint64_t seed)
+{
+    const std::size_t n_runs = scans.size() / kRunScans;
+    if (n_runs < 2 * kRunsHeldOut) {
+        throw std::runtime_error(std::to_string(scans.size()) + " scans are too few for --split " +
+                                 "runs; it needs " + std::to_string(2 * kRunsHeldOut * kRunScans));
+    }
+    ProtocolRandom random(seed);
+    std::vector<bool> held_out(n_runs, false);
+    for (std::size_t n = 0; n < kRunsHeldOut;) {
+        const std::size_t i_run = random.below(n_runs);
+        n += held_out[i_run] ? 0 : 1;
+        held_out[i_run] = true;
+    }
+    return split_by(scans, random, [&](std::size_t i_scan) {
+        const std::size_t i_run = i_scan / kRunScans;
+        if (i_run < n_runs && held_out[i_run]) {
+            return Part::kJudges;
         }
-    }
-    if (n_training == 0 || others.size() < 2) {
-        throw std::runtime_error(std::to_string(n_training) + " returns for the map and " +
-                                 std::to_string(others.size()) +
-                                 " to judge it; give more scans or another --fraction");
-    }
-    split.points = held_out_points(scans, others, random);
-    return split;
+        return random.uniform() < fraction ? Part::kTrains : Part::kIgnored;
+    });
 }
 
 std::vector<TestPoint> street_points(const Truth &truth, std::size_t n, std::uint64_t seed)

@@ -16,6 +16,9 @@ namespace gpom_tools
 
 constexpr std::size_t kLogScansMax = 600;       ///< As many as the paper's outdoor set has.
 constexpr std::size_t kLogPointsOfAKind = 3000; ///< Occupied ones, and as many free ones.
+constexpr std::size_t kRunScans = 40;           ///< Held-out runs: consecutive scans in each,
+constexpr std::size_t kRunsHeldOut = 2;         ///< and their number.
+constexpr double kTrainingShareMax = 0.9;       ///< Someone has to judge.
 constexpr double kLogRangeMin = 0.05;           ///< Shorter returns are the housing [m].
 constexpr double kBeyondReturn = 0.05;          ///< Occupied test points [m].
 constexpr double kShortOfReturn = 0.3;          ///< Free test points end here [m].
@@ -53,6 +56,12 @@ struct LogSplit {
 /// points lie kBeyondReturn behind one of the other returns, half uniformly along another's beam
 /// up to kShortOfReturn before it. Throws std::runtime_error if either part is empty.
 LogSplit split_log(const std::vector<Scan> &scans, double fraction, std::uint64_t seed);
+
+/// Held-out runs: kRunsHeldOut runs of kRunScans consecutive scans, of those that start at
+/// multiples of kRunScans, give the test points, by the same rules; returns of all other scans are
+/// for training with the probability `fraction`. Throws std::runtime_error if there are fewer than
+/// twice as many whole runs or either part is empty.
+LogSplit split_log_runs(const std::vector<Scan> &scans, double fraction, std::uint64_t seed);
 
 /// Centres of n random cells, each cell as likely as any other.
 std::vector<TestPoint> street_points(const Truth &truth, std::size_t n, std::uint64_t seed);

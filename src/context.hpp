@@ -1,0 +1,132 @@
+/// \file context.hpp
+/// What the chosen neighbours say beyond the Gaussian process: the axis along which the surface
+/// runs, and terms inside eq. 7. All of it is neutral by default (params.h).
+#pragma once
+
+#include "src/local_gp.hpp"
+
+namespace gpom
+{
+
+/// Beyond this distance context says nothing [m]; nearer, logarithms see 2 cm more.
+constexpr float kContextReach_m = 30.0f;
+constexpr float kLogFloor_m = 0.02f;
+
+/// Distance to a neighbour, or the reach if it is farther or absent.
+template <class F> inline F distance_of(const Neighbourhood<F> &points, size_t i)
+{
+    const F x_m = points.x_m[i];
+    const F y_m = points.y_m[i];
+    const F d_m = lane::sqrt(lane::fma(x_m, x_m, F(y_m * y_m)));
+    const F reach_m = lane::splat<F>(kContextReach_m);
+    return lane::select(points.noise[i] < kAbsentNoise, lane::min(d_m, reach_m), reach_m);
+}
+
+/// Cosine between a hit's beam and the way from the hit, at (x, y) from the query, to the query;
+/// 0 for a query on the hit.
+template <class F> inline F facing(F x_m, F y_m, F dir_x, F dir_y)
+{
+    const F d_m = lane::sqrt(lane::fma(x_m, x_m, F(y_m * y_m)));
+    const F along_m = -lane::fma(dir_x, x_m, F(dir_y * y_m));
+    const F one = lane::splat<F>(1.0f);
+    return lane::select(d_m < 1e-6f, F(0.0f * one), F(along_m / lane::max(d_m, F(1e-6f * one))));
+}
+
+/// How much a cosine counts: fades from 1 at the nearest hit to 0 at the reach.
+template <class F> inline F nearness(const Neighbourhood<F> &points)
+{
+    return 1.0f - distance_of(points, 0) * (1.0f / kContextReach_m);
+}
+
+inline bool has_log_terms(const gpom_params_t &params)
+{
+    return params.log_hit_first != 0.0f || params.log_hit_last != 0.0f ||
+           params.log_free_first != 0.0f || params.log_free_last != 0.0f;
+}
+
+/// Sum of the weighted log distances of the first and last neighbour of each kind.
+template <class F> inline F log_terms(const gpom_params_t &params, const Neighbourhood<F> &points)
+{
+    const float weights[] = {params.log_hit_first, params.log_hit_last, params.log_free_first,
+                             params.log_free_last};
+    const size_t places[] = {0, points.n_hits - 1, points.n_hits,
+                             points.n_hits + points.n_free - 1};
+    F sum = lane::splat<F>(0.0f);
+    for (int i = 0; i < 4; ++i) {
+        const F term = log_positive(F(distance_of(points, places[i]) + kLogFloor_m));
+        sum = lane::fma(lane::splat<F>(weights[i]), term, sum);
+    }
+    return sum;
+}
+
+/// Weighted sums over the hits about a centre: of weights, offsets and products of offsets.
+template <class F> struct Sums {
+    F weight, x, y, xx, xy, yy;
+};
+
+/// Hits near the query count most: weights 1 / (0.01 m2 + d^2).
+template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x0_m, F y0_m)
+{
+    const F zero = lane::splat<F>(0.0f);
+    Sums<F> sums = {zero, zero, zero, zero, zero, zero};
+    for (size_t i = 0; i < points.n_hits; ++i) {
+        const F x_m = points.x_m[i];
+        const F y_m = points.y_m[i];
+        const F near = 1.0f / (0.01f + lane::fma(x_m, x_m, F(y_m * y_m)));
+        const F weight = lane::select(points.noise[i] < kAbsentNoise, near, zero);
+        const F wx = weight * (x_m - x0_m);
+        const F wy = weight * (y_m - y0_m);
+        sums.weight = sums.weight + weight;
+        sums.x = sums.x + wx;
+        sums.y = sums.y + wy;
+        sums.xx = lane::fma(wx, F(x_m - x0_m), sums.xx);
+        sums.xy = lane::fma(wx, F(y_m - y0_m), sums.xy);
+        sums.yy = lane::fma(wy, F(y_m - y0_m), sums.yy);
+    }
+    sums.weight = lane::max(sums.weight, lane::splat<F>(1e-12f));
+    return sums;
+}
+
+/// Projection on an axis: v v^T = (1 + c, s; s, 1 - c) / 2; and how much to take away along it.
+template <class F> struct AxisShrink {
+    F c, s, amount;
+};
+
+/// The main axis of the hits' scatter about their mean. With r half the difference of the two
+/// eigenvalues, r (c, s) = ((xx - yy) / 2, xy).
+template <class F>
+inline AxisShrink<F> axis_of_hits(const Neighbourhood<F> &points, float anisotropy)
+{
+    const F zero = lane::splat<F>(0.0f);
+    const F one = lane::splat<F>(1.0f);
+    const Sums<F> about_query = sums_about(points, zero, zero);
+    const Sums<F> sums = sums_about(points, F(about_query.x / about_query.weight),
+                                    F(about_query.y / about_query.weight));
+    const F half_trace = 0.5f * (sums.xx + sums.yy) / sums.weight;
+    const F difference = 0.5f * (sums.xx - sums.yy) / sums.weight;
+    const F cross = sums.xy / sums.weight;
+    const F r = lane::sqrt(lane::fma(difference, difference, F(cross * cross)));
+    const F lambda_1 = half_trace + r;
+    const F lambda_2 = lane::max(F(half_trace - r), zero);
+    const auto has_axis = (lambda_1 > 1e-12f) & (r > 0.0f);
+    const F ratio = lambda_2 / lane::select(has_axis, lambda_1, one);
+    const F inv_r = 1.0f / lane::select(has_axis, r, one);
+    const F amount = anisotropy * (1.0f - lane::sqrt(ratio));
+    return {difference * inv_r, cross * inv_r, lane::select(has_axis, amount, zero)};
+}
+
+/// Shrink all coordinates along the hits' main axis v by f = 1 - a (1 - sqrt(lambda_2 / lambda_1)):
+/// x - (1 - f) v v^T x.
+template <class F> inline void shrink_along_hits(const Neighbourhood<F> &points, float anisotropy)
+{
+    const AxisShrink<F> axis = axis_of_hits(points, anisotropy);
+    const F half = 0.5f * axis.amount;
+    for (size_t i = 0; i < points.n_hits + points.n_free; ++i) {
+        const F x_m = points.x_m[i];
+        const F y_m = points.y_m[i];
+        points.x_m[i] = x_m - half * ((1.0f + axis.c) * x_m + axis.s * y_m);
+        points.y_m[i] = y_m - half * (axis.s * x_m + (1.0f - axis.c) * y_m);
+    }
+}
+
+} // namespace gpom

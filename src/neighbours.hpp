@@ -1,0 +1,157 @@
+/// \file neighbours.hpp
+/// From a packet of queries to their neighbourhoods: search, choice, points relative to the query.
+#pragma once
+
+#include "src/context.hpp"
+#include "src/workspace.hpp"
+
+namespace gpom
+{
+
+/// Look at the beams that are not in the trees yet, one by one.
+inline void search_recent(const gpom_map &map, Workspace &work)
+{
+    for (uint32_t slot = map.n_indexed; slot < map.n_beams; ++slot) {
+        offer_beam(work.free, work.packet->at, map.free_part, map.beams, slot);
+        if (map.beams[slot].is_hit != 0) {
+            offer_beam(work.hits, work.packet->at, map.hit_part, map.beams, slot);
+        }
+    }
+}
+
+/// How many of the first n entries of a lane are of the same scan as `beam`.
+inline uint32_t count_scan(const NearestK<F> &nearest, const Beam *beams, int i_lane, uint32_t n,
+                           const Beam &beam)
+{
+    uint32_t count = 0;
+    for (uint32_t j = 0; j < n; ++j) {
+        const int32_t slot = lane::get(nearest.slot[j], i_lane);
+        count += beams[slot].scan == beam.scan ? 1u : 0u;
+    }
+    return count;
+}
+
+/// Choose n of the pool in its order, at most scan_points_max of any scan; they become the first n
+/// entries, -1 where there are fewer. Beams of one scan share its errors and its view; a cap keeps
+/// them from being taken for independent witnesses.
+inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, uint32_t n)
+{
+    const uint32_t scan_points_max = map.config.params.scan_points_max;
+    for (int i = 0; i < kLanes; ++i) {
+        uint32_t n_chosen = 0;
+        for (uint32_t j = 0; j < nearest.k && n_chosen < n; ++j) {
+            const int32_t slot = lane::get(nearest.slot[j], i);
+            if (slot >= 0 &&
+                count_scan(nearest, map.beams, i, n_chosen, map.beams[slot]) < scan_points_max) {
+                lane::set(nearest.slot[n_chosen++], i, slot);
+            }
+        }
+        for (uint32_t j = n_chosen; j < n; ++j) {
+            lane::set(nearest.slot[j], i, int32_t{-1});
+        }
+    }
+}
+
+/// One chosen neighbour of each lane; a lane without one has its own query, of no length.
+struct Gathered {
+    SegmentLanes<F> segment;
+    F excess;
+};
+
+template <class Part>
+Gathered gather_one(const gpom_map &map, const Offset<F> &at, const Part &part, I slots)
+{
+    const F zero = lane::splat<F>(0.0f);
+    Gathered gathered = {{at.x_m, at.y_m, zero, zero, zero}, zero};
+    for (int i = 0; i < kLanes; ++i) {
+        const int32_t slot = lane::get(slots, i);
+        if (slot >= 0) {
+            set_segment(gathered.segment, i, part(map.beams[slot]));
+            lane::set(gathered.excess, i, map.beams[slot].excess);
+        }
+    }
+    return gathered;
+}
+
+/// Where the neighbours of a kind go in the neighbourhood, and the noise variance of a known one.
+struct GatherTo {
+    size_t first, n;
+    float sn2;
+};
+
+/// Bring the chosen neighbours into the neighbourhood: each lane's own beams as points relative to
+/// its query, with their noise; one that was not found is absent. Returns the sum of facing().
+template <class Part>
+F gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
+         const GatherTo &to)
+{
+    const Offset<F> at = work.packet->at;
+    F facing_sum = lane::splat<F>(0.0f);
+    for (size_t j = 0; j < to.n; ++j) {
+        const Gathered own = gather_one(map, at, part, nearest.slot[j]);
+        const Offset<F> point = to_segment(at, own.segment);
+        const F own_noise = noise_of(to.sn2, map.prior_variance, own.excess);
+        work.points.x_m[to.first + j] = point.x_m;
+        work.points.y_m[to.first + j] = point.y_m;
+        work.points.noise[to.first + j] =
+            lane::select(nearest.slot[j] >= 0, own_noise, lane::splat<F>(kAbsentNoise));
+        if (map.config.params.vote != 0.0f) {
+            facing_sum =
+                facing_sum + facing(point.x_m, point.y_m, own.segment.dir_x, own.segment.dir_y);
+        }
+    }
+    return facing_sum;
+}
+
+/// How many of the first n entries of each lane were found.
+inline F count_found(const NearestK<F> &nearest, size_t n)
+{
+    F count = lane::splat<F>(0.0f);
+    for (size_t j = 0; j < n; ++j) {
+        count =
+            count + lane::select(nearest.slot[j] >= 0, lane::splat<F>(1.0f), lane::splat<F>(0.0f));
+    }
+    return count;
+}
+
+/// What is added to alpha mu in eq. 7: beta, and what context says (params.h).
+inline F context_offset(const gpom_params_t &params, const Workspace &work, F facing_sum)
+{
+    F offset = lane::splat<F>(params.beta);
+    if (has_log_terms(params)) {
+        offset = offset + log_terms(params, work.points);
+    }
+    if (params.vote != 0.0f) {
+        const F n_found = count_found(work.hits, work.points.n_hits);
+        const F mean = facing_sum / lane::max(n_found, lane::splat<F>(1.0f));
+        offset = offset + params.vote * mean * nearness(work.points);
+    }
+    return offset;
+}
+
+/// Find, choose and prepare the neighbourhoods of a packet. Returns context_offset().
+inline F find_neighbours(const gpom_map &map, Workspace &work)
+{
+    const gpom_params_t &params = map.config.params;
+    work.hits.clear();
+    work.free.clear();
+    search_tree(work.hits, work.packet->at, map.hit_part, map.hit_tree, work.stack);
+    search_tree(work.free, work.packet->at, map.free_part, map.free_tree, work.stack);
+    search_recent(map, work);
+    if (params.scan_points_max > 0) {
+        cap_scans(map, work.hits, params.n_hits);
+        cap_scans(map, work.free, params.n_free);
+    }
+    const Neighbourhood<F> &p = work.points;
+    const F facing_sum = gather(map, work, work.hits, map.hit_part, {0, p.n_hits, params.sn2});
+    gather(map, work, work.free, map.free_part, {p.n_hits, p.n_free, params.sn2_free});
+    const F offset = context_offset(params, work, facing_sum);
+    if (params.anisotropy > 0.0f) {
+        shrink_along_hits(p, params.anisotropy);
+    }
+    merge_equal(p.x_m, p.y_m, p.noise, p.n_hits);
+    merge_equal(p.x_m + p.n_hits, p.y_m + p.n_hits, p.noise + p.n_hits, p.n_free);
+    return offset;
+}
+
+} // namespace gpom

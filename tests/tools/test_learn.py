@@ -1,0 +1,197 @@
+"""gpom-learn end to end: what it learns is good elsewhere too, files whole, bad input."""
+import json
+import pathlib
+import re
+import subprocess
+import tomllib
+
+import oracle
+import pytest
+
+INCLUDE = pathlib.Path(__file__).resolve().parents[2] / "include"
+KERNELS = ("nn", "matern12", "matern32", "se", "askey")
+QUICK = ("--points", 300, "--model", "paper")
+HEADER_PROGRAM = """
+#include <stdio.h>
+#include "learnt.h"
+int main(void)
+{
+    gpom_params_t p;
+    const char *problem;
+    gpom_params_learnt(&p);
+    if (gpom_params_check(&p, &problem) != GPOM_OK) { puts(problem); return 1; }
+    printf("%d %.6g %.6g %.6g %.6g %d\\n", (int)p.kernel, p.sf2, p.ell_m, p.sn2_free, p.beta,
+           p.n_hits);
+    return 0;
+}
+"""
+
+
+def table_of(path):
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+def held_out(stdout, kernel):
+    """AUC, FP@95, NLL, ECE, p0 of a kernel's line in the last table but the parameters."""
+    line = re.findall(rf"^{kernel} +\d+\.\d+ +([\d. ]+)", stdout, re.MULTILINE)[-1]
+    return [float(word) for word in line.split()]
+
+
+@pytest.fixture(scope="session")
+def town(run, tmp_path_factory):
+    """town(seed): scans and truth of a street."""
+    folder = tmp_path_factory.mktemp("town")
+
+    def make(seed):
+        scans, truth = folder / f"{seed}.csv", folder / f"{seed}.pgm"
+        done = run("gpom-sim", "--seed", seed, "--out", scans, "--truth", truth)
+        assert done.returncode == 0, done.stderr
+        return scans, truth
+    return make
+
+
+@pytest.fixture(scope="session")
+def csail(run, log, tmp_path_factory):
+    """Folder, arguments and stdout of learning on csail with the library's present model."""
+    folder = tmp_path_factory.mktemp("csail")
+    arguments = ("--scans", log("csail.log.gz"), "--kernel", "matern12", "--model", "noise")
+    done = run("gpom-learn", *arguments, "--out", folder / "p.toml", "--header",
+               folder / "learnt.h")
+    assert done.returncode == 0, done.stderr
+    return folder, arguments, done.stdout
+
+
+# ---- what is learnt -----------------------------------------------------------------------------
+
+def test_learnt_figures_are_those_of_the_map_on_other_beams(run, log, csail):
+    folder, _, stdout = csail
+    done = run("gpom-eval", "log", "--scans", log("csail.log.gz"), "--params", folder / "p.toml",
+               "--out", folder / "eval")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((folder / "eval" / "eval.json").read_text(encoding="utf-8"))
+    gp = report["methods"][0]["all"]
+    auc, _, nll, ece, p0 = held_out(stdout, "matern12")
+    # Other scans and other points: a fifth of a log's scans spreads by a few hundredths.
+    assert abs(gp["auc"] - auc) < 0.01 and abs(gp["nll"] - nll) < 0.05
+    assert gp["auc"] > 0.993 and gp["nll"] < 0.095 and gp["ece"] < 0.02 and ece < 0.03
+    assert 0.35 <= p0 <= 0.65
+
+
+def test_learning_against_truth_is_good_on_a_street_it_never_saw(run, town, tmp_path):
+    arguments = []
+    for seed in (21, 22, 23):
+        scans, truth = town(seed)
+        arguments += ["--scans", scans, "--truth", truth]
+    done = run("gpom-learn", *arguments, "--out", tmp_path / "p.toml", "--kernel", "matern12",
+               "--points", 600, "--model", "paper")
+    assert done.returncode == 0, done.stderr
+    scans, truth = town(24)
+    done = run("gpom-eval", "street", "--scans", scans, "--truth", truth, "--params",
+               tmp_path / "p.toml", "--out", tmp_path / "eval")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "eval" / "eval.json").read_text(encoding="utf-8"))
+    gp, grid = report["methods"][0]["near"], report["methods"][-1]["near"]
+    assert gp["nll"] < 0.8 * grid["nll"] and gp["auc"] > grid["auc"] and gp["ece"] < 0.08
+
+
+@pytest.mark.parametrize("kernel, more, auc_min", [("matern12", ["--points", 300], 0.93),
+                                                   ("nn", ["--composite"], 0.97)])
+def test_marginal_likelihood_gives_a_map_that_ranks(run, log, tmp_path, kernel, more, auc_min):
+    done = run("gpom-learn", "--scans", log("csail.log.gz"), "--out", tmp_path / "p.toml",
+               "--kernel", kernel, "--method", "lml", *more)
+    assert done.returncode == 0, done.stderr
+    assert held_out(done.stdout, kernel)[0] > auc_min
+    table = table_of(tmp_path / "p.toml")
+    assert table["alpha"] <= 60.0 and table["sn2"] == table["sn2_free"] and "vote" not in table
+
+
+def test_all_kernels_are_reported_and_the_best_on_held_out_points_is_written(run, log, tmp_path):
+    done = run("gpom-learn", "--scans", log("csail.log.gz"), "--out", tmp_path / "p.toml", *QUICK)
+    assert done.returncode == 0, done.stderr
+    nlls = {kernel: held_out(done.stdout, kernel)[2] for kernel in KERNELS}
+    assert table_of(tmp_path / "p.toml")["kernel"] == min(nlls, key=nlls.get)
+    assert done.stdout.count("<- written") == 1
+
+
+def test_the_paper_s_model_has_one_noise_and_no_additions(run, log, tmp_path):
+    done = run("gpom-learn", "--scans", log("csail.log.gz"), "--out", tmp_path / "p.toml",
+               "--kernel", "se", *QUICK)
+    assert done.returncode == 0, done.stderr
+    params = oracle.load_params(tmp_path / "p.toml")
+    assert params.sn2_free == params.sn2 >= 0.99e-2 * params.sf2
+
+
+# ---- files --------------------------------------------------------------------------------------
+
+def test_learning_twice_writes_the_same_bytes(run, csail):
+    folder, arguments, _ = csail
+    first = (folder / "p.toml").read_bytes()
+    done = run("gpom-learn", *arguments, "--out", folder / "p.toml", "--header",
+               folder / "learnt.h")
+    assert done.returncode == 0, done.stderr
+    assert (folder / "p.toml").read_bytes() == first
+
+
+def test_the_file_says_how_it_was_learnt_without_folders(csail):
+    folder, _, _ = csail
+    head = (folder / "p.toml").read_text(encoding="utf-8").splitlines()[:4]
+    assert "--scans csail.log.gz" in head[0] and str(folder) not in "".join(head)
+    assert "NLL" in "".join(head) and "Prior probability" in "".join(head)
+
+
+@pytest.mark.parametrize("compiler", [["cc", "-std=c99"], ["c++", "-std=c++17"]])
+def test_the_header_gives_firmware_the_same_numbers(tool, csail, compiler):
+    folder, _, _ = csail
+    root = tool("gpom-learn").parent
+    source = folder / ("main.c" if compiler[0] == "cc" else "main.cpp")
+    source.write_text(HEADER_PROGRAM, encoding="utf-8")
+    subprocess.run([*compiler, "-Wall", "-Wextra", "-Werror", "-pedantic-errors", "-I", folder,
+                    "-I", INCLUDE, source, root / "libgpom.a", "-lm", "-o", folder / "main"],
+                   check=True)
+    printed = subprocess.run([folder / "main"], capture_output=True, text=True, check=True).stdout
+    table = table_of(folder / "p.toml")
+    kernel, sf2, ell_m, sn2_free, beta, hits = map(float, printed.split())
+    assert kernel == 1 and hits == table["hits"]
+    for got, key in ((sf2, "sf2"), (ell_m, "ell_m"), (sn2_free, "sn2_free"), (beta, "beta")):
+        assert got == pytest.approx(table[key], rel=1e-5)
+
+
+# ---- bad input ----------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("more, complaint", [
+    (["--kernel", "cubic"], "not one of nn, matern12"),
+    (["--model", "speed"], "not one of paper"),
+    (["--method", "guess"], "--method"),
+    (["--truth", "a.pgm", "--truth", "b.pgm"], "2 files for 1"),
+    (["--hits", 40, "--free", 40], "at most 64"),
+    (["--fraction", 0], "only 0 hits"),
+    (["--fraction", 2], "--fraction"),
+    (["--method", "lml", "--points", 5000], "at most 1000"),
+    (["--method", "lml", "--model", "full"], "can only be paper"),
+    (["--points", "many"], "--points"),
+])
+def test_bad_arguments_are_one_line_and_nothing_is_written(run, street, tmp_path, more, complaint):
+    out = tmp_path / "p.toml"
+    done = run("gpom-learn", "--scans", street, "--out", out, *more)
+    assert done.returncode == 2
+    assert complaint in done.stderr and done.stderr.count("\n") == 1
+    assert done.stderr.startswith("gpom-learn: ") and not out.exists()
+
+
+@pytest.mark.parametrize("text, complaint", [
+    ("", "no scans"),
+    ("0,0,0,0,-1,0.1,30,1,2,3\n", "only"),
+    ("0,0,0,0,-1,oops,30,1,2,3\n", ":1:"),
+])
+def test_bad_scans_are_one_line(run, tmp_path, text, complaint):
+    scans, out = tmp_path / "scans.csv", tmp_path / "p.toml"
+    scans.write_text(text, encoding="utf-8")
+    done = run("gpom-learn", "--scans", scans, "--out", out)
+    assert done.returncode == 2
+    assert complaint in done.stderr and done.stderr.count("\n") == 1 and not out.exists()
+
+
+def test_a_folder_that_is_not_there_is_one_line(run, street, tmp_path):
+    done = run("gpom-learn", "--scans", street, "--fraction", 1, "--kernel", "matern12", *QUICK,
+               "--out", tmp_path / "no" / "p.toml")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1

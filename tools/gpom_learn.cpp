@@ -1,0 +1,259 @@
+// gpom-learn: hyperparameters from scans.
+#include "tools/lib/command_line.hpp"
+#include "tools/lib/learn_lml.hpp"
+#include "tools/lib/learn_report.hpp"
+#include "tools/lib/params_toml.hpp"
+#include "tools/lib/params_writer.hpp"
+#include "tools/lib/progress.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+
+using namespace gpom_tools;
+
+namespace
+{
+
+constexpr std::size_t kLogPlaces = 3000;
+constexpr std::size_t kStreetPlaces = 1500;
+constexpr std::size_t kHeldOutPlaces = 4000;
+
+struct Options {
+    std::vector<std::string> scans_paths, truth_paths;
+    std::string out_path, header_path, command;
+    std::string kernel = "all";
+    std::string method = "lobo";
+    std::optional<std::string> model; ///< Absent: full, with lml paper.
+    std::uint64_t seed = 0;
+    std::optional<double> fraction; ///< Absent: 0.04 of a log, all of a street.
+    std::optional<std::size_t> n_points;
+    double range_max_m = 49.0;
+    double first_m = 0.0;
+    double ell_max_m = 12.0;
+    int n_hits = 8;
+    int n_free = 8;
+    bool composite = false;
+};
+
+void declare_data(CLI::App &app, Options &options)
+{
+    app.add_option("--scans", options.scans_paths,
+                   "Scans to learn from, CSV or CARMEN log, plain or gzipped; may be repeated")
+        ->required()
+        ->type_name("FILE")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    app.add_option("--truth", options.truth_paths,
+                   "Truth by gpom-sim, one for each --scans: learn at random places of\n"
+                   "the area near beams, behind walls and vehicles too")
+        ->type_name("FILE")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    app.add_option("--fraction", options.fraction,
+                   "Share of the beams that make the map [0.04; with --truth 1]")
+        ->check(CLI::Range(0.0, 1.0));
+    app.add_option("--points", options.n_points,
+                   "Places to learn from in each file [3000; with --truth 1500];\n"
+                   "with --method lml points of the subset [600], at most 1000")
+        ->check(CLI::Range(std::size_t{50}, std::size_t{1'000'000}));
+    app.add_option("--first-metres", options.first_m,
+                   "Learn from the first stretch of the way alone [m]; 0: all of it")
+        ->check(CLI::NonNegativeNumber);
+    app.add_option("--range-max", options.range_max_m,
+                   "Usable range [m]; longer readings are no returns")
+        ->check(CLI::Range(0.1, 1000.0))
+        ->capture_default_str();
+    app.add_option("--seed", options.seed, "Seed of every choice")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+}
+
+void declare_options(CLI::App &app, Options &options)
+{
+    declare_data(app, options);
+    app.add_option("--out", options.out_path, "Parameters to write, TOML")
+        ->required()
+        ->type_name("FILE");
+    app.add_option("--header", options.header_path, "The same as a C header for firmware")
+        ->type_name("FILE");
+    app.add_option("--kernel", options.kernel,
+                   "nn, matern12, matern32, se, askey, or all: the best on held-out places")
+        ->capture_default_str();
+    app.add_option("--method", options.method,
+                   "lobo: places judged by the map, without their own beam or by truth;\n"
+                   "lml: the paper's marginal likelihood, then leave-one-out")
+        ->check(CLI::IsMember({"lobo", "lml"}))
+        ->capture_default_str();
+    app.add_option("--model", options.model,
+                   "What may leave its neutral value: paper (nothing), full, or a comma list\n"
+                   "of noise, anisotropy, vote, logs, depth, cap [full; lml knows paper alone]");
+    app.add_option("--hits", options.n_hits, "Nearest hits per query")
+        ->check(CLI::Range(1, 63))
+        ->capture_default_str();
+    app.add_option("--free", options.n_free, "Nearest free segments per query")
+        ->check(CLI::Range(1, 63))
+        ->capture_default_str();
+    app.add_option("--ell-max", options.ell_max_m,
+                   "Longest length scale [m]: it decides how far the map reaches")
+        ->check(CLI::Range(0.1, 1000.0))
+        ->capture_default_str();
+    app.add_flag("--composite", options.composite,
+                 "With --method lml: over local neighbourhoods, not one subset");
+}
+
+std::vector<gpom_kernel_t> kernels_of(const std::string &name)
+{
+    std::vector<gpom_kernel_t> kernels;
+    for (const gpom_kernel_t kernel : {GPOM_KERNEL_NN, GPOM_KERNEL_MATERN12, GPOM_KERNEL_MATERN32,
+                                       GPOM_KERNEL_SE, GPOM_KERNEL_ASKEY}) {
+        if (name == "all" || name == kernel_name(kernel)) {
+            kernels.push_back(kernel);
+        }
+    }
+    if (kernels.empty()) {
+        throw std::runtime_error("--kernel: '" + name +
+                                 "' is not one of nn, matern12, matern32, se, askey, all");
+    }
+    return kernels;
+}
+
+LearnData data_of(const Options &options)
+{
+    const bool street = !options.truth_paths.empty();
+    if (street && options.truth_paths.size() != options.scans_paths.size()) {
+        throw std::runtime_error("--truth: " + std::to_string(options.truth_paths.size()) +
+                                 " files for " + std::to_string(options.scans_paths.size()) +
+                                 " of --scans; give one for each");
+    }
+    std::vector<LearnSource> sources;
+    for (std::size_t i = 0; i < options.scans_paths.size(); ++i) {
+        sources.push_back({options.scans_paths[i], street ? options.truth_paths[i] : ""});
+    }
+    const std::size_t n_default = street ? kStreetPlaces : kLogPlaces;
+    const bool lml = options.method == "lml";
+    const DataOptions data{options.range_max_m,
+                           options.first_m,
+                           options.fraction.value_or(street ? 1.0 : 0.04),
+                           lml ? n_default : options.n_points.value_or(n_default),
+                           kHeldOutPlaces,
+                           options.seed};
+    return street ? street_data(sources, data) : log_data(sources, data);
+}
+
+FitOptions fit_options(const Options &options)
+{
+    if (options.n_hits + options.n_free > static_cast<int>(GPOM_POINTS_MAX)) {
+        throw std::runtime_error("--hits, --free: together at most 64");
+    }
+    const bool lml = options.method == "lml";
+    const std::string model = options.model.value_or(lml ? "paper" : "full");
+    if (lml && model != "paper") {
+        throw std::runtime_error("--model: with --method lml it can only be paper");
+    }
+    return {parse_ingredients(model), options.ell_max_m, options.n_hits, options.n_free, 0};
+}
+
+LmlOptions lml_options(const Options &options)
+{
+    LmlOptions lml;
+    lml.composite = options.composite;
+    lml.n_points = options.n_points.value_or(lml.n_points);
+    lml.seed = options.seed;
+    if (options.method == "lml" && lml.n_points > kLmlPointsMax) {
+        throw std::runtime_error("--points: at most 1000 with --method lml");
+    }
+    return lml;
+}
+
+/// What is asked for, checked before long files are read.
+struct Plan {
+    std::vector<gpom_kernel_t> kernels;
+    FitOptions fitting;
+    LmlOptions lml;
+    bool by_lml;
+};
+
+Plan plan_of(const Options &options)
+{
+    return {kernels_of(options.kernel), fit_options(options), lml_options(options),
+            options.method == "lml"};
+}
+
+std::vector<JudgedFit> fits_of(const Plan &plan, const LearnData &data)
+{
+    Progress progress("learning");
+    std::vector<JudgedFit> fits;
+    for (const gpom_kernel_t kernel : plan.kernels) {
+        const Advance advance = [&](double share) {
+            const double done = 1000.0 * (static_cast<double>(fits.size()) + share);
+            progress.update(static_cast<std::size_t>(done), 1000 * plan.kernels.size());
+        };
+        Fit fit = plan.by_lml ? fit_lml(kernel, data, plan.fitting, plan.lml, advance)
+                              : fit_kernel(kernel, data, plan.fitting, advance);
+        Metrics held_out = measure(predictions_of(fit.params, data.worlds, data.held_out, 0));
+        fits.push_back({std::move(fit), std::move(held_out)});
+    }
+    return fits;
+}
+
+std::string how_learnt(const Options &options, const LearnData &data)
+{
+    if (options.method == "lml") {
+        return std::string("Log marginal likelihood of ") +
+               (options.composite ? "local neighbourhoods" : "a random subset") +
+               ", then alpha and beta by leave-one-out.";
+    }
+    return (options.truth_paths.empty() ? "Whole beams left out: " : "Against ground truth: ") +
+           std::to_string(data.learning.size()) + " places of " +
+           std::to_string(data.worlds.size()) + " files.";
+}
+
+void learn(const Options &options)
+{
+    const Plan plan = plan_of(options);
+    const LearnData data = data_of(options);
+    const std::vector<JudgedFit> fits = fits_of(plan, data);
+    const auto best =
+        std::min_element(fits.begin(), fits.end(), [](const JudgedFit &a, const JudgedFit &b) {
+            return a.held_out.nll < b.held_out.nll;
+        });
+    const std::string comment =
+        params_comment(*best, options.command, how_learnt(options, data), data.how_held_out);
+    static_cast<void>(to_library(best->fit.params)); // refused values leave no file
+    const std::string toml = params_toml(best->fit.params, comment);
+    std::vector<FileContent> files = {{options.out_path, toml}};
+    if (!options.header_path.empty()) {
+        files.push_back({options.header_path, params_header(best->fit.params, comment)});
+    }
+    replace_files(files);
+    std::printf("%s\n%s\n%s", attempts_table(fits).c_str(),
+                figures_table(fits, static_cast<std::size_t>(best - fits.begin())).c_str(),
+                ("Held out: " + data.how_held_out + ".\n\n" + toml).c_str());
+}
+
+/// The command line with files as their names alone: the same wherever it was run.
+std::string command_of(int argc, const char *const *argv)
+{
+    std::string command = "gpom-learn";
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        const std::size_t slash = word.find_last_of('/');
+        command += " " + (slash == std::string::npos ? word : word.substr(slash + 1));
+    }
+    return command;
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    CLI::App app("Learn hyperparameters from scans, and say how good they are on data held out.",
+                 "gpom-learn");
+    Options options;
+    options.command = command_of(argc, argv);
+    declare_options(app, options);
+    return run_tool(app, argc, argv, [&options] { learn(options); });
+}

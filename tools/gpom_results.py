@@ -1,0 +1,471 @@
+#!/usr/bin/env python3
+"""Judge every method on every log and on simulated streets, and write the tables of RESULTS.md.
+
+Each number is gpom-eval's; each table says by which commands. Logs that are not in the data folder
+are left out, and said so.
+"""
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+from tqdm import tqdm
+
+EXIT_USAGE = 2
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+PRESETS = ("indoor", "campus", "street")
+METRICS = (("auc", "AUC", 4), ("fp_at_tp95", "FP@95", 4), ("nll", "NLL", 4), ("ece", "ECE", 4))
+RIVALS = (("strong_grid", "strong grid"), ("octomap", "OctoMap"))
+NEIGHBOURS = "8,16,32"
+# Someone has to judge: all beams are nine in ten, for learning too.
+TRAINING_SHARE_MAX = 0.9
+
+
+class ResultsError(Exception):
+    """Something that one line can say."""
+
+
+@dataclass(frozen=True)
+class Log:
+    name: str
+    preset: str
+    range_max_m: int
+
+
+LOGS = (Log("intel", "indoor", 49), Log("csail", "indoor", 49), Log("seattle", "indoor", 49),
+        Log("campus-west", "campus", 25), Log("acapulco", "indoor", 49))
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run of gpom-eval, after one of gpom-learn where `learning` has words; `$DATA` and
+    `$STREETS` in the words stand for folders."""
+    table: str
+    data: str
+    seed: int
+    words: tuple
+    learning: tuple = ()
+
+    def shown(self):
+        lines = [seedless("gpom-learn", self.learning)] if self.learning else []
+        return "\n".join([*lines, seedless("gpom-eval", self.words)])
+
+
+def seedless(tool, words):
+    """A command line in which the seed is a variable."""
+    if "--seed" not in words:
+        return " ".join([tool, *words])
+    seed = words[words.index("--seed") + 1]
+    shown = [word if before != "--seed" else "$SEED" for before, word in zip(("",) + words, words)]
+    return " ".join([tool, *shown]).replace(f"-seed-{seed}.toml", "-seed-$SEED.toml")
+
+
+# ---- jobs ---------------------------------------------------------------------------------------
+
+def params_of(preset):
+    """Parameter file of a preset; the indoor one where it has none yet."""
+    path = f"tools/params/{preset}.toml"
+    return path if (ROOT / path).is_file() else "tools/params/indoor.toml"
+
+
+def plain_params(own):
+    """Of the paper's model alone, learnt for it: NAME_plain.toml beside NAME.toml."""
+    return own.replace(".toml", "_plain.toml")
+
+
+def other_params(own):
+    """Every other preset, and this one's plain model, to compare with."""
+    names = [f"tools/params/{preset}.toml" for preset in PRESETS] + [plain_params(own or ".")]
+    return tuple(name for name in names if name != own and (ROOT / name).is_file())
+
+
+def model_of(fraction):
+    """What may leave its neutral value: log distances restore counts that dense data have."""
+    return "noise,anisotropy,vote" + (",logs" if fraction > 0.1 else "")
+
+
+def log_job(log, split, fraction, seed):
+    """Held-out beams: learnt on the very beams that make the map. Held-out runs: a preset, as
+    learning draws its beams from all scans."""
+    kept = min(fraction, TRAINING_SHARE_MAX)
+    source = ("--scans", f"$DATA/{log.name}.log.gz", "--range-max", str(log.range_max_m),
+              "--fraction", str(kept), "--seed", str(seed))
+    preset, learnt = params_of(log.preset), f"$STREETS/{log.name}-{fraction}-seed-{seed}.toml"
+    learning = ()
+    if split == "beams":
+        model = ("--kernel", "matern12", "--model", model_of(fraction))
+        learning = source + model + ("--out", learnt)
+    words = ("log", *source, "--split", split, "--params", learnt if learning else preset)
+    words += ("--map-frame-params", "tools/params/indoor_paper.toml")
+    if learning and fraction == 0.04:
+        words += ("--also", ",".join(other_params("")))
+    return Job(f"{split} {fraction}", log.name, seed, words, learning)
+
+
+def street_jobs(n_streets, n_points):
+    params = params_of("street")
+    for i in range(n_streets):
+        words = ("street", "--scans", f"$STREETS/{i}.csv", "--truth", f"$STREETS/{i}.pgm",
+                 "--params", params, "--points", str(n_points), "--exact-gp")
+        if other_params(params):
+            words += ("--also", ",".join(other_params(params)))
+        yield Job("street", f"street {i}", i, words)
+    if n_streets > 0:
+        yield Job("neighbours", "street 0", 0,
+                  ("street", "--scans", "$STREETS/0.csv", "--truth", "$STREETS/0.pgm",
+                   "--params", params, "--points", str(n_points), "--rivals", "off",
+                   "--neighbours", NEIGHBOURS))
+
+
+def all_jobs(arguments, logs):
+    jobs = [log_job(log, "beams", fraction, seed) for fraction in arguments.fractions
+            for log in logs for seed in arguments.seeds]
+    jobs += [log_job(log, "runs", 0.04, seed) for log in logs for seed in arguments.seeds]
+    return jobs + list(street_jobs(arguments.streets, arguments.points))
+
+
+class Runner:
+    """Runs tools of one build with a folder for what they write."""
+
+    def __init__(self, build, data, folder):
+        self.build, self.data, self.folder = build, data, folder
+
+    def run(self, tool, *words):
+        words = [word.replace("$DATA", str(self.data)).replace("$STREETS", str(self.folder))
+                 for word in words]
+        try:
+            done = subprocess.run([self.build / tool, *words], cwd=ROOT, capture_output=True,
+                                  text=True, check=False)
+        except OSError as error:
+            raise ResultsError(f"{self.build / tool}: {error.strerror}; run make tools") from None
+        if done.returncode != 0:
+            lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
+            raise ResultsError(f"{tool} failed: {lines[-1]}")
+
+    def simulate(self, seed):
+        self.run("gpom-sim", "--seed", str(seed), "--out", f"$STREETS/{seed}.csv",
+                 "--truth", f"$STREETS/{seed}.pgm")
+
+    def evaluate(self, job):
+        if job.learning:
+            self.run("gpom-learn", *job.learning)
+        name = "-".join((job.table, job.data, str(job.seed))).replace(" ", "-") + ".json"
+        self.run("gpom-eval", *job.words, "--json", f"$STREETS/{name}")
+        return json.loads((self.folder / name).read_text(encoding="utf-8"))
+
+
+def run_jobs(runner, jobs, n_streets, n_at_once):
+    for seed in range(n_streets):
+        runner.simulate(seed)
+    with ThreadPoolExecutor(n_at_once) as pool:
+        futures = [pool.submit(runner.evaluate, job) for job in jobs]
+        try:
+            bar = tqdm(zip(jobs, futures), total=len(jobs), unit="job", disable=None)
+            return {(job.table, job.data, job.seed): future.result() for job, future in bar}
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+# ---- figures ------------------------------------------------------------------------------------
+
+class Figures:
+    """Metrics of every method by table, data and seed."""
+
+    def __init__(self, reports):
+        self.reports = reports
+
+    def methods(self, table):
+        """Key and label in the order of gpom-eval, other presets' left to the cross table."""
+        found = {}
+        for (name, *_), report in self.reports.items():
+            if name == table:
+                found |= {m["key"]: m["label"] for m in report["methods"]}
+        hidden = {f"gp_{preset}" for preset in PRESETS}
+        return {key: label for key, label in found.items() if key not in hidden}
+
+    def of(self, table, data, key, part="all"):
+        """The method's entry for each seed; empty if it took no part."""
+        return [method for (name, where, _), report in self.reports.items()
+                if name == table and where == data
+                for method in report["methods"] if method["key"] == key and part in method]
+
+    def values(self, table, data, key, metric, part="all"):
+        return [method[part][metric] for method in self.of(table, data, key, part)]
+
+
+def mean(values):
+    return sum(values) / len(values)
+
+
+def mean_and_spread(values, digits):
+    if not values:
+        return "-"
+    text = f"{mean(values):.{digits}f}"
+    return text if len(values) < 2 else f"{text} ({max(values) - min(values):.{digits}f})"
+
+
+def over_data(per_data):
+    """Means over the data of one seed after the other."""
+    return [mean(column) for column in zip(*per_data)] if all(per_data) else []
+
+
+def settings_of(entries):
+    return "; ".join(dict.fromkeys(entry.get("setting", "") for entry in entries))
+
+
+# ---- tables -------------------------------------------------------------------------------------
+
+def table_text(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
+
+
+def commands_text(jobs, seeds=""):
+    lines = list(dict.fromkeys(job.shown() for job in jobs))
+    return "```\n" + "\n".join(lines) + "\n```\n" + seeds
+
+
+def log_table(figures, table, names):
+    header = ["log", "method", *(title for _, title, _ in METRICS), "chosen"]
+    rows = []
+    for key, label in figures.methods(table).items():
+        per_metric = [over_data([figures.values(table, name, key, metric) for name in names])
+                      for metric, *_ in METRICS]
+        cells = [mean_and_spread(values, digits)
+                 for values, (*_, digits) in zip(per_metric, METRICS)]
+        rows.append((len(names), ["**mean**", label, *cells, ""]))
+        for i, name in enumerate(names):
+            entries = figures.of(table, name, key)
+            cells = [mean_and_spread([entry["all"][metric] for entry in entries], digits)
+                     for metric, _, digits in METRICS]
+            rows.append((i, [name, label, *cells, settings_of(entries)]))
+    rows.sort(key=lambda row: row[0])
+    return table_text(header, [row for _, row in rows])
+
+
+def is_ahead(figures, table, name, rival, metric):
+    own, other = (mean(figures.values(table, name, key, metric)) for key in ("gp_query", rival))
+    return own > other if metric == "auc" else own < other
+
+
+def ahead_table(figures, tables, names):
+    """Where the GP's mean is better than a rival's."""
+    header = ["split, share", "rival", *names]
+    rows = []
+    for table in tables:
+        for rival, label in RIVALS:
+            cells = []
+            for name in names:
+                behind = [title for metric, title, _ in METRICS[:3]
+                          if not is_ahead(figures, table, name, rival, metric)]
+                cells.append("all three" if not behind else "not in " + ", ".join(behind))
+            rows.append([table, label, *cells])
+    return table_text(header, rows)
+
+
+def street_table(figures, names, part):
+    header = ["method", *names, "mean AUC", "mean FP@95", "mean NLL", "mean ECE",
+              "GP better in AUC, FP@95, NLL on"]
+    rows = []
+    own = {metric: [figures.values("street", name, "gp_query", metric, part)[0] for name in names]
+           for metric, *_ in METRICS}
+    for key, label in figures.methods("street").items():
+        all_values = {metric: [value for name in names
+                               for value in figures.values("street", name, key, metric, part)]
+                      for metric, *_ in METRICS}
+        cells = [" / ".join(f"{all_values[metric][i]:.{digits}f}" for metric, digits in
+                            (("auc", 3), ("fp_at_tp95", 3), ("nll", 3)))
+                 for i in range(len(names))]
+        means = [mean_and_spread(all_values[metric], digits) for metric, _, digits in METRICS]
+        wins = [sum((a > b) if metric == "auc" else (a < b)
+                    for a, b in zip(own[metric], all_values[metric]))
+                for metric in ("auc", "fp_at_tp95", "nll")]
+        won = "" if key == "gp_query" else ", ".join(map(str, wins)) + f" of {len(names)}"
+        rows.append([label, *cells, *means, won])
+    return table_text(header, rows)
+
+
+def cross_table(figures, places):
+    """NLL of each preset on all data; places are (table, data, own preset, part)."""
+    presets = [preset for preset in PRESETS if (ROOT / f"tools/params/{preset}.toml").is_file()]
+    rows = []
+    for table, name, own, part in places:
+        cells = []
+        for preset in presets:
+            key = "gp_query" if table == "street" and preset == own else f"gp_{preset}"
+            values = figures.values(table, name, key, "nll", part)
+            text = mean_and_spread(values, 4)
+            cells.append(f"**{text}**" if preset == own else text)
+        rows.append([name, *cells])
+    return table_text(["data", *(f"{preset}.toml" for preset in presets)], rows)
+
+
+def neighbour_table(report):
+    rows = [[row["label"], f"{row['auc']:.4f}", f"{row['nll']:.4f}", f"{row['mean_error_max']:.3f}"]
+            for row in report["neighbours"]]
+    return table_text(["hits + free segments", "AUC", "NLL", "largest difference of means"], rows)
+
+
+# ---- the document -------------------------------------------------------------------------------
+
+HEAD = """# Results
+
+Written by `make results`; do not edit. `$DATA` is the folder of the logs (the variable DATA of
+make), `$STREETS/N.csv` and `N.pgm` come from `gpom-sim --seed N --out N.csv --truth N.pgm`.
+
+A log: at most 600 scans, evenly taken. Split *beams*: each return makes the map with the
+probability *share* (1.0 stands for 0.9), 6000 of the others judge it: 3000 give an occupied point
+5 cm beyond the return, 3000 a free one anywhere up to 0.3 m before it. Split *runs*: two runs of 40
+consecutive scans judge, the map never sees them. A street: random places of the whole area with the
+simulator's truth.
+
+AUC: area under the ROC curve. FP@95: false-positive rate at true-positive rate 0.95. NLL: mean
+negative log likelihood, probabilities clipped to [0.001, 0.999]. ECE: expected calibration error in
+ten bins. Logs: mean over the split seeds, in brackets the spread, largest minus smallest.
+
+On the logs' held-out beams the GP's parameters are learnt by `gpom-learn` from the beams that make
+the map, as a vehicle would on its way; on held-out runs and on streets they are a preset's.
+
+The strong grid and OctoMap get the cell size with the least NLL on the very points that judge them:
+the choice favours them. The other grids have fixed constants. The strong grid learns its scaling
+from beams it leaves out, on streets too, where points behind walls are judged as well. FP@95 is 1
+where over 5 % of the occupied points have the least probability that a clamped map can give.
+"""
+
+SHARE_TITLES = {0.04: "4 %", 0.25: "25 %", 1.0: "100 % (90 % for the map)"}
+
+
+def log_sections(figures, jobs, arguments, names):
+    seeds = "`$SEED` = " + ", ".join(map(str, arguments.seeds)) + "\n"
+    tables = [(f"beams {f}", f"Logs, held-out beams, {SHARE_TITLES.get(f, f'share {f}')}")
+              for f in arguments.fractions] + [("runs 0.04", "Logs, held-out runs, 4 %")]
+    yield "## Is the GP ahead?\n"
+    yield "In AUC, FP@95 and NLL, means over the seeds; from the tables below.\n"
+    yield ahead_table(figures, [table for table, _ in tables], names)
+    for table, title in tables:
+        yield f"## {title}\n"
+        yield commands_text([job for job in jobs if job.table == table], seeds)
+        yield log_table(figures, table, names)
+
+
+def street_sections(figures, jobs, streets):
+    for part, title in (("near", "within 5 m of a beam"), ("all", "whole area")):
+        yield f"## Streets, {title}\n"
+        yield commands_text([job for job in jobs if job.table == "street"])
+        yield "Cells: AUC / FP@95 / NLL; in brackets the spread over the streets.\n"
+        yield street_table(figures, streets, part)
+    yield "## Few neighbours or all beams\n"
+    yield commands_text([job for job in jobs if job.table == "neighbours"])
+    yield ("The paper's section III.D: the model without later additions from the nearest hits and "
+           "free segments,\nagainst the dense one of all beams with eq. 10 in double precision.\n")
+    yield neighbour_table(figures.reports["neighbours", "street 0", 0])
+
+
+def document(figures, jobs, arguments, logs):
+    names = [log.name for log in logs]
+    streets = [f"street {i}" for i in range(arguments.streets)]
+    parts = [HEAD]
+    absent = [log.name for log in LOGS if log.name not in names]
+    if absent:
+        parts.append("Logs left out, not in the data folder: " + ", ".join(absent) + ".\n")
+    notes = dict.fromkeys(n for report in figures.reports.values() for n in report["left_out"])
+    parts += [f"Left out: {note}.\n" for note in notes]
+    if names:
+        parts += log_sections(figures, jobs, arguments, names)
+    if streets:
+        parts += street_sections(figures, jobs, streets)
+    places = [("beams 0.04", log.name, pathlib.Path(params_of(log.preset)).stem, "all")
+              for log in logs if 0.04 in arguments.fractions]
+    places += [("street", name, "street", "near") for name in streets]
+    if places:
+        parts += ["## Parameters used on each other's data\n",
+                  "NLL, from the runs above at 4 % and near beams; the data's own preset bold.\n",
+                  cross_table(figures, places)]
+    return "\n".join(parts)
+
+
+# ---- command line -------------------------------------------------------------------------------
+
+class OneLineParser(argparse.ArgumentParser):
+    def error(self, message):
+        self.exit(EXIT_USAGE, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def numbers(kind):
+    def parse(text):
+        values = [kind(word) for word in text.split(",")]
+        if not all(0 <= value < 1000 for value in values):
+            raise ValueError(text)
+        return values
+    parse.__name__ = "list of numbers"
+    return parse
+
+
+def parse_arguments():
+    parser = OneLineParser(prog="gpom-results", description=__doc__,
+                           formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", metavar="DIR", type=pathlib.Path, required=True,
+                        help="folder of the logs")
+    parser.add_argument("--out", metavar="FILE", type=pathlib.Path, required=True,
+                        help="Markdown file to write")
+    parser.add_argument("--build", metavar="DIR", type=pathlib.Path,
+                        default=ROOT / "build" / "host-release",
+                        help="folder of the built tools (default: build/host-release)")
+    parser.add_argument("--seeds", type=numbers(int), default=[0, 1, 2],
+                        help="seeds of the splits, comma between them (default: 0,1,2)")
+    parser.add_argument("--fractions", type=numbers(float), default=[0.04, 0.25, 1.0],
+                        help="shares of the returns (default: 0.04,0.25,1.0)")
+    parser.add_argument("--streets", type=int, choices=range(0, 11), default=5, metavar="N",
+                        help="streets of seeds 0 to N - 1 (default: 5)")
+    parser.add_argument("--points", type=int, choices=range(100, 1_000_001), default=20000,
+                        metavar="N", help="test points of a street (default: 20000)")
+    parser.add_argument("--jobs", type=int, choices=range(1, 65), default=2, metavar="N",
+                        help="runs at once (default: 2)")
+    return parser.parse_args()
+
+
+def write_text(path, text):
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def make_results(arguments):
+    arguments.data, arguments.build = arguments.data.resolve(), arguments.build.resolve()
+    logs = [log for log in LOGS if (arguments.data / f"{log.name}.log.gz").is_file()]
+    for log in LOGS:
+        if log not in logs:
+            print(f"gpom-results: {log.name} left out: no {arguments.data / log.name}.log.gz")
+    jobs = all_jobs(arguments, logs)
+    if not jobs:
+        raise ResultsError("nothing to judge: no logs and no streets")
+    with tempfile.TemporaryDirectory(prefix="gpom-results-") as folder:
+        runner = Runner(arguments.build, arguments.data, pathlib.Path(folder))
+        reports = run_jobs(runner, jobs, arguments.streets, arguments.jobs)
+    write_text(arguments.out, document(Figures(reports), jobs, arguments, logs))
+
+
+def main():
+    arguments = parse_arguments()
+    try:
+        make_results(arguments)
+    except ResultsError as error:
+        print(f"gpom-results: {error}", file=sys.stderr)
+        return EXIT_USAGE
+    except OSError as error:
+        print(f"gpom-results: {error.filename}: {error.strerror}", file=sys.stderr)
+        return EXIT_USAGE
+    print(arguments.out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,56 @@
+// What is learnt from: beams of logs and streets, and places whose occupancy is known.
+#ifndef GPOM_TOOLS_LIB_LEARN_DATA_HPP
+#define GPOM_TOOLS_LIB_LEARN_DATA_HPP
+
+#include "tools/lib/learn_neighbours.hpp"
+#include "tools/lib/scan_log.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace gpom_tools
+{
+
+struct LearnSource {
+    std::string scans_path;
+    std::string truth_path; ///< Empty: places on the beams themselves.
+};
+
+struct DataOptions {
+    double range_max_m = 49.0;
+    double first_m = 0.0;       ///< Only this much of the way driven; 0: all.
+    double fraction = 0.04;     ///< Share of the beams that make the map.
+    std::size_t n_places = 0;   ///< To learn from, of each source.
+    std::size_t n_held_out = 0; ///< To judge by, of each source that has any.
+    std::uint64_t seed = 0;
+};
+
+struct LearnData {
+    std::vector<LearnWorld> worlds;
+    std::vector<LearnPlace> learning;
+    std::vector<LearnPlace> held_out;
+    std::string how_held_out; ///< A phrase for reports.
+};
+
+/// Places on whole beams left out, as gpom-eval draws its own: half lie kBeyondReturn behind a
+/// return, half uniformly on a beam up to kShortOfReturn before it. At most 600 scans a log, evenly
+/// taken, of which every return makes the map with the probability `fraction` (drawn as split_log()
+/// does). To learn from: beams of the map, in four fifths of the scans. Held out: any returns in
+/// the other fifth, in runs. A place's own beam is never in its neighbourhood.
+/// Throws std::runtime_error or FileError.
+LearnData log_data(const std::vector<LearnSource> &sources, const DataOptions &options);
+
+/// Random places within kNearBeam of a beam with their true occupancy. Held out: the last street,
+/// or of a single one the places whose nearest scan lies in a fifth of the scans, in runs.
+LearnData street_data(const std::vector<LearnSource> &sources, const DataOptions &options);
+
+/// The scans from the first up to `first_m` of the way driven.
+std::vector<Scan> first_metres(std::vector<Scan> scans, double first_m);
+
+/// Runs of consecutive scans, every fifth of 15 held out.
+bool is_held_out(std::size_t i_scan, std::size_t n_scans);
+
+} // namespace gpom_tools
+
+#endif

@@ -1,0 +1,91 @@
+#include "tools/lib/learn_params.hpp"
+
+#include <cmath>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+
+namespace gpom_tools
+{
+
+Ingredients parse_ingredients(const std::string &text)
+{
+    if (text == "full") {
+        return {true, true, true, true, true, true};
+    }
+    Ingredients chosen;
+    const struct {
+        const char *name;
+        bool *flag;
+    } known[] = {{"noise", &chosen.noise}, {"anisotropy", &chosen.anisotropy},
+                 {"vote", &chosen.vote},   {"logs", &chosen.logs},
+                 {"depth", &chosen.depth}, {"cap", &chosen.cap}};
+    std::istringstream names(text == "paper" ? "" : text);
+    for (std::string name; std::getline(names, name, ',');) {
+        bool *found = nullptr;
+        for (const auto &ingredient : known) {
+            found = name == ingredient.name ? ingredient.flag : found;
+        }
+        if (found == nullptr) {
+            throw std::runtime_error("--model: '" + name +
+                                     "' is not one of paper, full, or a comma list of noise, "
+                                     "anisotropy, vote, logs, depth, cap");
+        }
+        *found = true;
+    }
+    return chosen;
+}
+
+double normal_cdf(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
+
+double prior_variance(const LearntParams &params)
+{
+    return params.kernel == GPOM_KERNEL_NN
+               ? params.sf2 * std::asin(2.0 * params.s0 / (1.0 + 2.0 * params.s0))
+               : params.sf2;
+}
+
+double prior_probability(const LearntParams &params)
+{
+    const double weight =
+        std::accumulate(params.log_weights.begin(), params.log_weights.end(), 0.0);
+    const double argument = params.beta + weight * std::log(kLogDistanceMax + kLogDistanceMin);
+    return normal_cdf(argument /
+                      std::sqrt(1.0 + params.alpha * params.alpha * prior_variance(params)));
+}
+
+gpom_params_t to_library(const LearntParams &params)
+{
+    gpom_params_t rounded;
+    gpom_params_init(&rounded);
+    rounded.kernel = params.kernel;
+    rounded.frame = GPOM_FRAME_QUERY;
+    rounded.sf2 = static_cast<float>(params.sf2);
+    rounded.s0 = static_cast<float>(params.s0);
+    rounded.s1 = static_cast<float>(params.s1);
+    rounded.ell_m = static_cast<float>(params.ell_m);
+    rounded.sn2 = static_cast<float>(params.sn2);
+    rounded.sn2_free = static_cast<float>(params.sn2_free);
+    rounded.alpha = static_cast<float>(params.alpha);
+    rounded.beta = static_cast<float>(params.beta);
+    rounded.gap_m = static_cast<float>(params.gap_m);
+    rounded.p_occupied = static_cast<float>(params.p_occupied);
+    rounded.p_free = static_cast<float>(params.p_free);
+    rounded.n_hits = static_cast<std::uint16_t>(params.n_hits);
+    rounded.n_free = static_cast<std::uint16_t>(params.n_free);
+    rounded.depth_m = static_cast<float>(params.depth_m);
+    rounded.scan_points_max = static_cast<std::uint16_t>(params.scan_points_max);
+    rounded.anisotropy = static_cast<float>(params.anisotropy);
+    rounded.vote = static_cast<float>(params.vote);
+    rounded.log_hit_first = static_cast<float>(params.log_weights[0]);
+    rounded.log_hit_last = static_cast<float>(params.log_weights[1]);
+    rounded.log_free_first = static_cast<float>(params.log_weights[2]);
+    rounded.log_free_last = static_cast<float>(params.log_weights[3]);
+    const char *problem = nullptr;
+    if (gpom_params_check(&rounded, &problem) != GPOM_OK) {
+        throw std::runtime_error(std::string("what was learnt is refused: ") + problem);
+    }
+    return rounded;
+}
+
+} // namespace gpom_tools

@@ -1,0 +1,66 @@
+// The model to be learnt, in double precision, and which parts of it may be learnt.
+#ifndef GPOM_TOOLS_LIB_LEARN_PARAMS_HPP
+#define GPOM_TOOLS_LIB_LEARN_PARAMS_HPP
+
+#include "gpom/params.h"
+
+#include <array>
+#include <string>
+
+namespace gpom_tools
+{
+
+/// Distances in the log terms end here [m], and are raised by a little so that 0 has a logarithm.
+constexpr double kLogDistanceMax = 30.0;
+constexpr double kLogDistanceMin = 0.02;
+
+/// gpom_params_t without rounding; the same names and neutral values.
+struct LearntParams {
+    gpom_kernel_t kernel = GPOM_KERNEL_MATERN12;
+    double sf2 = 1.0;
+    double s0 = 60.0;
+    double s1 = 1.0;
+    double ell_m = 8.0;
+    double sn2 = 0.2;
+    double sn2_free = 0.2;
+    double alpha = 10.0;
+    double beta = 0.0;
+    double gap_m = 0.1;
+    double depth_m = 0.0;
+    int scan_points_max = 0;
+    double anisotropy = 0.0;
+    double vote = 0.0;
+    std::array<double, 4> log_weights{}; ///< Of the first hit, last hit, first free, last free.
+    int n_hits = 8;
+    int n_free = 8;
+    double p_occupied = 0.7;
+    double p_free = 0.3;
+};
+
+/// What may leave its neutral value, beside kernel, noise, sigmoid and gap.
+struct Ingredients {
+    bool noise = false; ///< Free points have a noise of their own.
+    bool anisotropy = false;
+    bool vote = false;
+    bool logs = false;
+    bool depth = false;
+    bool cap = false;
+};
+
+/// "paper" (none), "full" (all) or a comma list of names. Throws std::runtime_error.
+Ingredients parse_ingredients(const std::string &text);
+
+/// k(x*, x*) in the query's frame.
+double prior_variance(const LearntParams &params);
+
+/// Probability of occupancy far from all beams: every log distance at its end, no vote.
+double prior_probability(const LearntParams &params);
+
+double normal_cdf(double z);
+
+/// For the library, rounded to float. Throws std::runtime_error if the library refuses them.
+gpom_params_t to_library(const LearntParams &params);
+
+} // namespace gpom_tools
+
+#endif

@@ -1,0 +1,21 @@
+// Learnt hyperparameters as files: TOML for tools, a C header for firmware.
+#ifndef GPOM_TOOLS_LIB_PARAMS_WRITER_HPP
+#define GPOM_TOOLS_LIB_PARAMS_WRITER_HPP
+
+#include "tools/lib/learn_params.hpp"
+
+#include <string>
+
+namespace gpom_tools
+{
+
+/// What read_params() reads; a parameter at its neutral value is left out. Each line of the comment
+/// is written after `# `.
+std::string params_toml(const LearntParams &params, const std::string &comment);
+
+/// A C99 and C++ header with one function, gpom_params_learnt(), that fills a gpom_params_t.
+std::string params_header(const LearntParams &params, const std::string &comment);
+
+} // namespace gpom_tools
+
+#endif
