@@ -17,6 +17,8 @@ const char *gpom_status_str(gpom_status_t status)
         return "the map is full";
     case GPOM_ERR_PIVOT:
         return "a covariance matrix was not positive definite";
+    case GPOM_ERR_FORMAT:
+        return "a stored record is damaged, or of a version not known";
     }
     return "unknown status";
 }

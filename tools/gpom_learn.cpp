@@ -23,7 +23,7 @@ constexpr std::size_t kHeldOutPlaces = 4000;
 
 struct Options {
     std::vector<std::string> scans_paths, truth_paths;
-    std::string out_path, header_path, command;
+    std::string out_path, header_path, record_path, command;
     std::string kernel = "all";
     std::string method = "lobo";
     std::optional<std::string> model; ///< Absent: full, with lml paper.
@@ -76,6 +76,9 @@ void declare_options(CLI::App &app, Options &options)
     declare_data(app, options);
     app.add_option("--out", options.out_path, "Parameters to write, TOML")
         ->required()
+        ->type_name("FILE");
+    app.add_option("--record", options.record_path,
+                   "The same as a binary record for gpom_params_load()")
         ->type_name("FILE");
     app.add_option("--header", options.header_path, "The same as a C header for firmware")
         ->type_name("FILE");
@@ -225,6 +228,9 @@ void learn(const Options &options)
     static_cast<void>(to_library(best->fit.params)); // refused values leave no file
     const std::string toml = params_toml(best->fit.params, comment);
     std::vector<FileContent> files = {{options.out_path, toml}};
+    if (!options.record_path.empty()) {
+        files.push_back({options.record_path, params_record(best->fit.params)});
+    }
     if (!options.header_path.empty()) {
         files.push_back({options.header_path, params_header(best->fit.params, comment)});
     }

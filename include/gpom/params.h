@@ -89,6 +89,23 @@ GPOM_API float gpom_params_prior_variance(const gpom_params_t *params);
  *  with the four log terms at 30 m added to beta. */
 GPOM_API float gpom_params_prior_probability(const gpom_params_t *params);
 
+/** Bytes of a stored record of hyperparameters: magic, version, fields in little-endian order on
+ *  every processor, CRC-32. */
+#define GPOM_PARAMS_RECORD_BYTES 90u
+
+/** Write a record of GPOM_PARAMS_RECORD_BYTES, for a file or a flash page.
+ *
+ *  Errors   GPOM_ERR_ARG (null), or what gpom_params_check() says; the record is then untouched. */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_save(const gpom_params_t *params,
+                                                       uint8_t *record);
+
+/** Read a record and check every field. Any bytes are safe; *params changes only on GPOM_OK.
+ *
+ *  problem  as in gpom_params_check().
+ *  Errors   GPOM_ERR_ARG (null), GPOM_ERR_FORMAT (size, magic, version or CRC), GPOM_ERR_PARAMS. */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_load(gpom_params_t *params, const uint8_t *record,
+                                                       size_t record_bytes, const char **problem);
+
 #ifdef __cplusplus
 }
 #endif

@@ -4,6 +4,7 @@ import pathlib
 import re
 import subprocess
 import tomllib
+import zlib
 
 import oracle
 import pytest
@@ -56,7 +57,7 @@ def csail(run, log, tmp_path_factory):
     folder = tmp_path_factory.mktemp("csail")
     arguments = ("--scans", log("csail.log.gz"), "--kernel", "matern12", "--model", "noise")
     done = run("gpom-learn", *arguments, "--out", folder / "p.toml", "--header",
-               folder / "learnt.h")
+               folder / "learnt.h", "--record", folder / "learnt.bin")
     assert done.returncode == 0, done.stderr
     return folder, arguments, done.stdout
 
@@ -127,9 +128,15 @@ def test_learning_twice_writes_the_same_bytes(run, csail):
     folder, arguments, _ = csail
     first = (folder / "p.toml").read_bytes()
     done = run("gpom-learn", *arguments, "--out", folder / "p.toml", "--header",
-               folder / "learnt.h")
+               folder / "learnt.h", "--record", folder / "learnt.bin")
     assert done.returncode == 0, done.stderr
     assert (folder / "p.toml").read_bytes() == first
+
+
+def test_the_record_is_whole(csail):
+    record = (csail[0] / "learnt.bin").read_bytes()
+    assert len(record) == 90 and record[:6] == b"GPMP\x01\x00"
+    assert int.from_bytes(record[-4:], "little") == zlib.crc32(record[:-4])
 
 
 def test_the_file_says_how_it_was_learnt_without_folders(csail):

@@ -4,6 +4,7 @@
 #include "tools/lib/text_lines.hpp"
 
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -130,6 +131,17 @@ std::string params_header(const LearntParams &params, const std::string &comment
         set(field_of(entry.name), entry.value + (entry.whole ? "u" : "f"));
     }
     return text + "}\n\n#endif\n";
+}
+
+std::string params_record(const LearntParams &params)
+{
+    const gpom_params_t converted = to_library(params);
+    std::uint8_t record[GPOM_PARAMS_RECORD_BYTES];
+    const gpom_status_t status = gpom_params_save(&converted, record);
+    if (status != GPOM_OK) {
+        throw std::runtime_error(std::string("record: ") + gpom_status_str(status));
+    }
+    return {record, record + sizeof record};
 }
 
 } // namespace gpom_tools

@@ -16,6 +16,9 @@ std::string params_toml(const LearntParams &params, const std::string &comment);
 /// A C99 and C++ header with one function, gpom_params_learnt(), that fills a gpom_params_t.
 std::string params_header(const LearntParams &params, const std::string &comment);
 
+/// The bytes of gpom_params_save(). Throws std::runtime_error.
+std::string params_record(const LearntParams &params);
+
 } // namespace gpom_tools
 
 #endif
