@@ -8,18 +8,31 @@
 namespace gpom
 {
 
-/// One kept beam, relative to the map's origin. 40 bytes.
+/// One kept beam, relative to the map's origin. 36 bytes.
+///
+/// The last two bytes count witnesses (keep.hpp). A part that was contradicted too often is gone
+/// while the other stays; a slot of the store whose beam has neither part is free.
 struct Beam {
-    int64_t stamp_us;
     float x_m, y_m;     ///< Sensor position.
     float dir_x, dir_y; ///< Unit direction.
     float range_m;      ///< Raw range, or the usable maximum if there was no return.
-    float excess; ///< w = 1 / rho^2 - 1 >= 0: how much its noise is raised (scan.h); 0: known.
-    uint32_t id;  ///< Order of insertion.
-    uint32_t is_hit : 1;
-    uint32_t scan : 31; ///< Number of its scan, modulo 2^31.
+    float excess;      ///< w = 1 / rho^2 - 1 >= 0: how much its noise is raised (scan.h); 0: known.
+    uint32_t id;       ///< Order of insertion; grows for ever.
+    uint32_t stamp_ms; ///< Time of its scan, since the map's first.
+    uint16_t scan;     ///< Number of its scan, modulo 2^16.
+    uint16_t returned : 1;     ///< range_m ends at a surface: a gap is left before it.
+    uint16_t has_hit : 1;      ///< Its hit is known.
+    uint16_t has_free : 1;     ///< Its free segment is known.
+    uint16_t provisional : 1;  ///< Its hit is against what was known; queries do not see it yet.
+    uint16_t agreed : 4;       ///< Count of scans that saw its hit again, less those against it.
+    uint16_t hit_against : 2;  ///< Scans in a row that saw through its hit, at most 3.
+    uint16_t free_against : 2; ///< Scans that saw something on its free segment, modulo 4.
+    uint16_t hit_time : 2;     ///< Mark of the time of the last witness for or against its hit, and
+    uint16_t free_time : 2;    ///< against its free segment: scans of one time count once.
 };
-static_assert(sizeof(Beam) == 40, "GPOM_MAP_BYTES counts on it");
+static_assert(sizeof(Beam) == 36, "GPOM_MAP_BYTES counts on it");
+
+constexpr uint32_t kAgreedMax = 15;
 
 struct Point {
     float x_m, y_m;
@@ -44,6 +57,9 @@ struct HitPart {
         return {beam.x_m + beam.range_m * beam.dir_x, beam.y_m + beam.range_m * beam.dir_y,
                 beam.dir_x, beam.dir_y, depth_m};
     }
+
+    static bool is_in(const Beam &beam) { return beam.has_hit != 0; }
+    static bool is_seen(const Beam &beam) { return beam.has_hit != 0 && beam.provisional == 0; }
 };
 
 /// The free part of a beam. The gap before the hit is left to the Gaussian process (paper, III.E);
@@ -53,10 +69,13 @@ struct FreePart {
 
     Segment operator()(const Beam &beam) const
     {
-        const float gap = beam.is_hit != 0 ? gap_m : 0.0f;
+        const float gap = beam.returned != 0 ? gap_m : 0.0f;
         const float length_m = beam.range_m > gap ? beam.range_m - gap : 0.0f;
         return {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, length_m};
     }
+
+    static bool is_in(const Beam &beam) { return beam.has_free != 0; }
+    static bool is_seen(const Beam &beam) { return beam.has_free != 0; }
 };
 
 } // namespace gpom

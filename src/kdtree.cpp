@@ -1,10 +1,6 @@
 #include "src/kdtree.hpp"
 
 #include "src/assert.hpp"
-#include "src/lane.hpp"
-#include "src/select.hpp"
-
-#include <float.h>
 
 namespace gpom
 {
@@ -16,18 +12,6 @@ namespace
 /// length and coordinates; the box is widened by more than that, so that no box is ever farther
 /// than an item inside it.
 constexpr float kBoxSlack = 1e-6f;
-
-/// Smallest and greatest value of a coordinate.
-struct Extent {
-    float low = FLT_MAX;
-    float high = -FLT_MAX;
-
-    void include(float c)
-    {
-        low = lane::min(low, c);
-        high = lane::max(high, c);
-    }
-};
 
 /// The i_axis-th of the four coordinates of a segment's ends.
 float coordinate(const Segment &s, int i_axis)
@@ -44,24 +28,14 @@ float coordinate(const Segment &s, int i_axis)
     }
 }
 
-/// Extents of the four end-point coordinates, and how far rounding may reach.
-struct Extents {
-    Extent axis[4];
-    float slack_m = 0.0f;
-};
-
-template <class Part> Extents extents_of(const KdTree &tree, const Stretch &slots, const Part &part)
+/// Take one more segment in.
+void include(Extents &extents, const Segment &s)
 {
-    Extents extents;
-    for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
-        const Segment s = part(tree.beams[tree.slots[i]]);
-        for (int i_axis = 0; i_axis < 4; ++i_axis) {
-            extents.axis[i_axis].include(coordinate(s, i_axis));
-        }
-        const float reach_m = s.length_m + lane::abs(s.x_m) + lane::abs(s.y_m);
-        extents.slack_m = lane::max(extents.slack_m, kBoxSlack * reach_m);
+    for (int i_axis = 0; i_axis < 4; ++i_axis) {
+        extents.axis[i_axis].include(coordinate(s, i_axis));
     }
-    return extents;
+    const float reach_m = s.length_m + lane::abs(s.x_m) + lane::abs(s.y_m);
+    extents.slack_m = lane::max(extents.slack_m, kBoxSlack * reach_m);
 }
 
 Box box_of(const Extents &e)
@@ -85,39 +59,80 @@ int widest_axis(const Extents &extents)
     return widest;
 }
 
-template <class Part> void build(KdTree &tree, const Part &part, Subtree *stack)
+/// Turn from the topmost subtree to what is left to do.
+void pop(TreeBuild &build)
 {
-    uint32_t depth = 0;
-    if (tree.n_items > 0) {
-        stack[depth++] = {0, 0, leaf_count(tree.n_items)};
+    --build.depth;
+    build.i_item = 0;
+    build.extents = {};
+}
+
+void push_children(TreeBuild &build)
+{
+    const Subtree t = build.stack[build.depth - 1];
+    pop(build);
+    GPOM_ASSERT(build.depth + 2 <= kDepthMax);
+    build.stack[build.depth++] = right_of(t);
+    build.stack[build.depth++] = left_of(t);
+}
+
+/// The extents of all items are known: the node is ready, and its split can start.
+void finish_extents(TreeBuild &build, KdTree &tree, const Stretch &slots)
+{
+    const Subtree t = build.stack[build.depth - 1];
+    tree.boxes[t.node] = box_of(build.extents);
+    if (t.n_leaves == 1) {
+        pop(build);
+        return;
     }
-    while (depth > 0) {
-        const Subtree t = stack[--depth];
-        const Stretch slots = slots_of(tree, t);
-        const Extents extents = extents_of(tree, slots, part);
-        tree.boxes[t.node] = box_of(extents);
-        if (t.n_leaves == 1) {
+    build.i_axis = widest_axis(build.extents);
+    build.selection = selection_of(slots.first, slots.n, left_of(t).n_leaves * kLeafSize);
+}
+
+template <class Part>
+uint32_t build_slice(TreeBuild &build, KdTree &tree, const Part &part, uint32_t budget)
+{
+    uint32_t used = 0;
+    while (!is_done(build) && used < budget) {
+        const Stretch slots = slots_of(tree, build.stack[build.depth - 1]);
+        if (build.i_item < slots.n) {
+            for (; build.i_item < slots.n && used < budget; ++build.i_item, ++used) {
+                include(build.extents, part(tree.beams[tree.slots[slots.first + build.i_item]]));
+            }
+            if (build.i_item == slots.n) {
+                finish_extents(build, tree, slots);
+            }
             continue;
         }
-        const int i_axis = widest_axis(extents);
-        const auto key = [&tree, &part, i_axis](uint32_t slot) {
-            const Beam &beam = tree.beams[slot];
-            return SortKey{coordinate(part(beam), i_axis), beam.id};
+        const auto key = [&](uint32_t slot) {
+            return SortKey{coordinate(part(tree.beams[slot]), build.i_axis), tree.beams[slot].id};
         };
-        select_nth(tree.slots + slots.first, slots.n, left_of(t).n_leaves * kLeafSize, key);
-        GPOM_ASSERT(depth + 2 <= kDepthMax);
-        stack[depth++] = right_of(t);
-        stack[depth++] = left_of(t);
+        used += select_some(build.selection, tree.slots, key, budget - used);
+        if (is_done(build.selection)) {
+            push_children(build);
+        }
     }
+    return used;
 }
 
 } // namespace
 
-void build_hit_tree(KdTree &tree, const HitPart &part, Subtree *stack) { build(tree, part, stack); }
-
-void build_free_tree(KdTree &tree, const FreePart &part, Subtree *stack)
+void start_build(TreeBuild &build, const KdTree &tree)
 {
-    build(tree, part, stack);
+    build = {};
+    if (tree.n_items > 0) {
+        build.stack[build.depth++] = {0, 0, leaf_count(tree.n_items)};
+    }
+}
+
+uint32_t build_some(TreeBuild &build, KdTree &tree, const HitPart &part, uint32_t budget)
+{
+    return build_slice(build, tree, part, budget);
+}
+
+uint32_t build_some(TreeBuild &build, KdTree &tree, const FreePart &part, uint32_t budget)
+{
+    return build_slice(build, tree, part, budget);
 }
 
 } // namespace gpom

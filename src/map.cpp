@@ -22,10 +22,15 @@ namespace
 bool is_valid_capacity(uint32_t beam_max)
 {
     return beam_max >= 1 && beam_max <= GPOM_BEAM_MAX &&
-           beam_max <= (SIZE_MAX - 1024) / 56; // on 32 bits GPOM_MAP_BYTES may not wrap
+           beam_max <= (SIZE_MAX - 3072) / 61; // on 32 bits GPOM_MAP_BYTES may not wrap
 }
 
 bool is_finite(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
+
+bool is_length(float length_m)
+{
+    return length_m >= 0.0f && length_m <= static_cast<float>(GPOM_REACH_M);
+}
 
 gpom_status_t check_config(const gpom_config_t *config)
 {
@@ -33,6 +38,13 @@ gpom_status_t check_config(const gpom_config_t *config)
         return GPOM_ERR_ARG;
     }
     if (!is_valid_capacity(config->beam_max)) {
+        return GPOM_ERR_ARG;
+    }
+    const bool keep_ok = is_length(config->keep_m) && is_length(config->far_m) &&
+                         config->old_s >= 0.0f && config->old_s <= FLT_MAX &&
+                         config->clear_scans <= 4 && config->clear_scans != 1 &&
+                         (config->clear_scans == 0 || config->keep_m > 0.0f);
+    if (!keep_ok) {
         return GPOM_ERR_ARG;
     }
     if (!is_finite(config->origin_x_m) || !is_finite(config->origin_y_m)) {
@@ -45,11 +57,18 @@ gpom_status_t check_config(const gpom_config_t *config)
 void carve_arrays(gpom_map &map, const gpom::MapLayout &layout)
 {
     void *const mem = &map;
-    map.beams = gpom::carve<gpom::Beam>(mem, layout.beams);
-    map.hit_tree = {map.beams, gpom::carve<gpom::Box>(mem, layout.hit_boxes),
-                    gpom::carve<uint32_t>(mem, layout.hit_slots), 0};
-    map.free_tree = {map.beams, gpom::carve<gpom::Box>(mem, layout.free_boxes),
-                     gpom::carve<uint32_t>(mem, layout.free_slots), 0};
+    gpom::Index &index = map.index;
+    index.beams = gpom::carve<gpom::Beam>(mem, layout.beams);
+    index.beam_max = map.config.beam_max;
+    index.recent = gpom::carve<uint32_t>(mem, layout.recent);
+    index.recent_max = gpom::recent_capacity(map.config.beam_max);
+    gpom::KdTree *const trees[3] = {&index.hit_tree, &index.free_tree, &index.spare};
+    for (int i_tree = 0; i_tree < 3; ++i_tree) {
+        *trees[i_tree] = {index.beams, gpom::carve<gpom::Box>(mem, layout.boxes[i_tree]),
+                          gpom::carve<uint32_t>(mem, layout.slots[i_tree]), 0, 0};
+    }
+    map.keeper.provisional = gpom::carve<uint32_t>(mem, layout.provisional);
+    map.keeper.provisional_max = gpom::provisional_capacity(map.config.beam_max);
 }
 
 } // namespace
@@ -83,9 +102,10 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     made.kernel = gpom::kernel_constants(config->params);
     made.prior_variance = gpom_params_prior_variance(&config->params);
     made.prior_probability = gpom_params_prior_probability(&config->params);
-    made.hit_part = {config->params.depth_m};
-    made.free_part = {config->params.gap_m};
     carve_arrays(made, layout);
+    made.index.hit_part = {config->params.depth_m};
+    made.index.free_part = {config->params.gap_m};
+    gpom::forget_all(made.index);
     made.magic = gpom::kMapMagic;
     *map = &made;
     return GPOM_OK;
@@ -96,10 +116,7 @@ gpom_status_t gpom_map_clear(gpom_map_t *map)
     if (!gpom::is_map(map)) {
         return GPOM_ERR_ARG;
     }
-    map->n_beams = 0;
-    map->n_indexed = 0;
-    map->hit_tree.n_items = 0;
-    map->free_tree.n_items = 0;
+    gpom::forget_all(map->index);
     return GPOM_OK;
 }
 
@@ -108,17 +125,10 @@ gpom_status_t gpom_map_build(gpom_map_t *map)
     if (!gpom::is_map(map)) {
         return GPOM_ERR_ARG;
     }
-    map->hit_tree.n_items = 0;
-    for (uint32_t slot = 0; slot < map->n_beams; ++slot) {
-        map->free_tree.slots[slot] = slot;
-        if (map->beams[slot].is_hit != 0) {
-            map->hit_tree.slots[map->hit_tree.n_items++] = slot;
-        }
+    gpom::start_build(map->index);
+    while (gpom::is_building(map->index)) {
+        gpom::build_some(map->index, UINT32_MAX);
     }
-    map->free_tree.n_items = map->n_beams;
-    gpom::build_hit_tree(map->hit_tree, map->hit_part, map->build_stack);
-    gpom::build_free_tree(map->free_tree, map->free_part, map->build_stack);
-    map->n_indexed = map->n_beams;
     return GPOM_OK;
 }
 
@@ -131,25 +141,37 @@ gpom_status_t gpom_map_stats(const gpom_map_t *map, gpom_stats_t *stats)
     return GPOM_OK;
 }
 
-uint32_t gpom_map_beam_count(const gpom_map_t *map) { return gpom::is_map(map) ? map->n_beams : 0; }
-
-gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_beam, gpom_beam_t *beam)
+uint32_t gpom_map_beam_count(const gpom_map_t *map)
 {
-    if (!gpom::is_map(map) || beam == nullptr || i_beam >= map->n_beams) {
+    return gpom::is_map(map) ? map->index.n_beams : 0;
+}
+
+uint32_t gpom_map_slot_count(const gpom_map_t *map)
+{
+    return gpom::is_map(map) ? map->index.n_slots : 0;
+}
+
+gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot, gpom_beam_t *beam)
+{
+    if (!gpom::is_map(map) || beam == nullptr || i_slot >= map->index.n_slots) {
         return GPOM_ERR_ARG;
     }
-    const gpom::Beam &kept = map->beams[i_beam];
+    const gpom::Beam &kept = map->index.beams[i_slot];
     const gpom_params_t &params = map->config.params;
     *beam = gpom_beam_t{};
     beam->x_m = map->config.origin_x_m + static_cast<double>(kept.x_m);
     beam->y_m = map->config.origin_y_m + static_cast<double>(kept.y_m);
-    beam->stamp_us = kept.stamp_us;
+    beam->stamp_us = map->keeper.first_stamp_us + int64_t{1000} * kept.stamp_ms;
     beam->dir_x = kept.dir_x;
     beam->dir_y = kept.dir_y;
     beam->range_m = kept.range_m;
     beam->hit_noise = gpom::noise_of(params.sn2, map->prior_variance, kept.excess);
     beam->free_noise = gpom::noise_of(params.sn2_free, map->prior_variance, kept.excess);
     beam->id = kept.id;
-    beam->is_hit = kept.is_hit != 0 ? 1 : 0;
+    beam->is_hit = kept.has_hit != 0 ? 1 : 0;
+    beam->is_free = kept.has_free != 0 ? 1 : 0;
+    beam->returned = kept.returned != 0 ? 1 : 0;
+    beam->provisional = kept.provisional != 0 ? 1 : 0;
+    beam->n_agreed = static_cast<uint8_t>(kept.agreed);
     return GPOM_OK;
 }

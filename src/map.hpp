@@ -6,27 +6,20 @@
 #include "gpom/query.h"
 #include "src/arena.hpp"
 #include "src/beam.hpp"
-#include "src/kdtree.hpp"
+#include "src/index.hpp"
+#include "src/keep.hpp"
 #include "src/kernel.hpp"
 
-/// Opaque to users (gpom_map_t). Beams [0, n_indexed) are in the trees, [n_indexed, n_beams) are
-/// recent: each query looks at them one by one.
+/// Opaque to users (gpom_map_t).
 struct gpom_map {
     uint32_t magic; ///< kMapMagic once initialised.
-    uint32_t n_beams;
-    uint32_t n_indexed;
-    uint32_t next_id;
     gpom_config_t config;
     gpom_stats_t stats;
     gpom::KernelConstants kernel;
     float prior_variance;    ///< k(x*, x*), at the origin in the map frame.
     float prior_probability; ///< p far from all beams.
-    gpom::Beam *beams;       ///< beam_max.
-    gpom::HitPart hit_part;
-    gpom::FreePart free_part;
-    gpom::KdTree hit_tree;
-    gpom::KdTree free_tree;
-    gpom::Subtree build_stack[gpom::kDepthMax];
+    gpom::Index index;
+    gpom::Keeper keeper;
 };
 
 namespace gpom
@@ -37,20 +30,25 @@ constexpr uint32_t kMapMagic = 0x6d6f7067; // "gpom"
 /// Byte offsets of everything a map owns. The one place that knows the layout: gpom_map_init()
 /// carves with it, gpom_map_bytes() reports it, GPOM_MAP_BYTES is checked against it.
 struct MapLayout {
-    size_t beams, hit_boxes, hit_slots, free_boxes, free_slots, total;
+    size_t beams, boxes[3], slots[3], recent, provisional, total;
 };
 
 constexpr MapLayout map_layout(uint32_t beam_max)
 {
     const size_t boxes_bytes = align8(node_count(beam_max) * sizeof(Box));
     const size_t slots_bytes = align8(beam_max * sizeof(uint32_t));
-    const size_t beams = align8(sizeof(gpom_map));
-    const size_t hit_boxes = beams + align8(beam_max * sizeof(Beam));
-    const size_t hit_slots = hit_boxes + boxes_bytes;
-    const size_t free_boxes = hit_slots + slots_bytes;
-    const size_t free_slots = free_boxes + boxes_bytes;
-    const size_t total = free_slots + slots_bytes;
-    return {beams, hit_boxes, hit_slots, free_boxes, free_slots, total};
+    MapLayout layout = {};
+    layout.beams = align8(sizeof(gpom_map));
+    size_t end = layout.beams + align8(beam_max * sizeof(Beam));
+    for (int i_tree = 0; i_tree < 3; ++i_tree) {
+        layout.boxes[i_tree] = end;
+        layout.slots[i_tree] = end + boxes_bytes;
+        end += boxes_bytes + slots_bytes;
+    }
+    layout.recent = end;
+    layout.provisional = end + align8(recent_capacity(beam_max) * sizeof(uint32_t));
+    layout.total = layout.provisional + align8(provisional_capacity(beam_max) * sizeof(uint32_t));
+    return layout;
 }
 
 static_assert(map_layout(1).total <= GPOM_MAP_BYTES(1), "public macro too small");

@@ -125,15 +125,30 @@ template <class F> inline F box_distance2(const Box &box, F x_m, F y_m)
     return 0.999999f * lane::fma(dx, dx, F(dy * dy));
 }
 
-/// Offer one part of a beam, if at least one lane wants it.
+/// Ids from `first` up to, not including, `end`.
+struct IdRange {
+    uint32_t first, end;
+
+    bool has(uint32_t id) const { return id - first < end - first; }
+};
+
+/// A slot of the store as a tree or list names it.
+struct Listed {
+    const Beam *beams;
+    uint32_t slot;
+    IdRange ids; ///< Of the beams that it may mean.
+};
+
+/// Offer one part of a beam if a lane wants it, a query may see it, and its id is in range: a slot
+/// may have got another beam since it was listed.
 template <class F, class Part>
 inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
-                       const Beam *beams, uint32_t slot)
+                       const Listed &listed)
 {
-    const Beam &beam = beams[slot];
+    const Beam &beam = listed.beams[listed.slot];
     const F d2 = distance2(at, part, beam);
-    if (lane::any(d2 <= nearest.worst())) {
-        nearest.offer(d2, static_cast<int32_t>(beam.id), static_cast<int32_t>(slot));
+    if (lane::any(d2 <= nearest.worst()) && Part::is_seen(beam) && listed.ids.has(beam.id)) {
+        nearest.offer(d2, static_cast<int32_t>(beam.id), static_cast<int32_t>(listed.slot));
     }
 }
 
@@ -160,7 +175,7 @@ void search_tree(NearestK<F> &nearest, const Offset<F> &at, const Part &part, co
         if (t.n_leaves == 1) {
             const Stretch slots = slots_of(tree, t);
             for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
-                offer_beam(nearest, at, part, tree.beams, tree.slots[i]);
+                offer_beam(nearest, at, part, {tree.beams, tree.slots[i], {0, tree.id_end}});
             }
             continue;
         }

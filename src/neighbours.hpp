@@ -8,17 +8,6 @@
 namespace gpom
 {
 
-/// Look at the beams that are not in the trees yet, one by one.
-inline void search_recent(const gpom_map &map, Workspace &work)
-{
-    for (uint32_t slot = map.n_indexed; slot < map.n_beams; ++slot) {
-        offer_beam(work.free, work.packet->at, map.free_part, map.beams, slot);
-        if (map.beams[slot].is_hit != 0) {
-            offer_beam(work.hits, work.packet->at, map.hit_part, map.beams, slot);
-        }
-    }
-}
-
 /// How many of the first n entries of a lane are of the same scan as `beam`.
 inline uint32_t count_scan(const NearestK<F> &nearest, const Beam *beams, int i_lane, uint32_t n,
                            const Beam &beam)
@@ -41,8 +30,8 @@ inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, uint32_t n)
         uint32_t n_chosen = 0;
         for (uint32_t j = 0; j < nearest.k && n_chosen < n; ++j) {
             const int32_t slot = lane::get(nearest.slot[j], i);
-            if (slot >= 0 &&
-                count_scan(nearest, map.beams, i, n_chosen, map.beams[slot]) < scan_points_max) {
+            if (slot >= 0 && count_scan(nearest, map.index.beams, i, n_chosen,
+                                        map.index.beams[slot]) < scan_points_max) {
                 lane::set(nearest.slot[n_chosen++], i, slot);
             }
         }
@@ -66,8 +55,9 @@ Gathered gather_one(const gpom_map &map, const Offset<F> &at, const Part &part, 
     for (int i = 0; i < kLanes; ++i) {
         const int32_t slot = lane::get(slots, i);
         if (slot >= 0) {
-            set_segment(gathered.segment, i, part(map.beams[slot]));
-            lane::set(gathered.excess, i, map.beams[slot].excess);
+            const Beam &beam = map.index.beams[slot];
+            set_segment(gathered.segment, i, part(beam));
+            lane::set(gathered.excess, i, beam.excess);
         }
     }
     return gathered;
@@ -135,16 +125,16 @@ inline F find_neighbours(const gpom_map &map, Workspace &work)
     const gpom_params_t &params = map.config.params;
     work.hits.clear();
     work.free.clear();
-    search_tree(work.hits, work.packet->at, map.hit_part, map.hit_tree, work.stack);
-    search_tree(work.free, work.packet->at, map.free_part, map.free_tree, work.stack);
-    search_recent(map, work);
+    search(work.hits, work.packet->at, map.index, map.index.hit_part, work.stack);
+    search(work.free, work.packet->at, map.index, map.index.free_part, work.stack);
     if (params.scan_points_max > 0) {
         cap_scans(map, work.hits, params.n_hits);
         cap_scans(map, work.free, params.n_free);
     }
     const Neighbourhood<F> &p = work.points;
-    const F facing_sum = gather(map, work, work.hits, map.hit_part, {0, p.n_hits, params.sn2});
-    gather(map, work, work.free, map.free_part, {p.n_hits, p.n_free, params.sn2_free});
+    const F facing_sum =
+        gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits, params.sn2});
+    gather(map, work, work.free, map.index.free_part, {p.n_hits, p.n_free, params.sn2_free});
     const F offset = context_offset(params, work, facing_sum);
     if (params.anisotropy > 0.0f) {
         shrink_along_hits(p, params.anisotropy);

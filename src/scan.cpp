@@ -16,6 +16,15 @@ constexpr double kAngleMax_rad = 1e6;
 /// Greatest variance of a pose [m2, rad2]: what it is carried to stays finite.
 constexpr float kVarianceMax = 1e12f;
 
+/// The end of a beam is known well enough to speak against others if its standard deviation is at
+/// most this share of keep_m.
+constexpr float kSureShare = 0.25f;
+
+/// 2^32 divided by the golden ratio: multiples of it fall into different quarters of the circle, so
+/// that the two bits that stand for a time differ between times that are 1 to 4 apart, and by chance
+/// between others.
+constexpr uint32_t kGoldenRatio = 2654435769u;
+
 /// Beyond this excess a beam's points have no say; keeps the noise finite.
 constexpr float kExcessMax = 1e9f;
 
@@ -145,23 +154,29 @@ struct ScanContext {
     gpom::Pose T_map_sensor;
     Eigen::Vector2f sensor_m; ///< Sensor position relative to the map's origin.
     Eigen::Vector2f lever_m;  ///< From the robot to the sensor, map axes.
-    uint32_t scan;            ///< Number of the scan, modulo 2^32.
+    uint16_t scan;            ///< Number of the scan, modulo 2^16.
 };
+
+/// Variance of the place of a beam's end, summed over x and y [m2].
+float end_variance(const ScanContext &context, const Beam &beam)
+{
+    float var_m2 = context.sensor.range_var_m2;
+    if (context.pose_cov != nullptr) {
+        using RowMajor = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
+        const Eigen::Matrix3f cov = Eigen::Map<const RowMajor>(context.pose_cov);
+        const Eigen::Vector2f direction(beam.dir_x, beam.dir_y);
+        var_m2 += gpom::position_variance(cov, context.lever_m + beam.range_m * direction);
+    }
+    return gpom::lane::max(var_m2, 0.0f); // rounding may take it below 0
+}
 
 /// How much position uncertainty at the end of a beam raises its noise (scan.h). With rho the prior
 /// correlation between f at the true place and at the believed one, f(true) = rho f(believed) + a
 /// part independent of it; dividing by rho gives noise (sn2 + (1 - rho^2) k) / rho^2, that is
 /// sn2 + w (sn2 + k) with w = 1 / rho^2 - 1.
-float excess_of(const gpom_map &map, const ScanContext &context, const Beam &beam)
+float excess_of(const gpom_map &map, float var_m2)
 {
-    const Eigen::Vector2f direction(beam.dir_x, beam.dir_y);
-    float var_m2 = context.sensor.range_var_m2;
-    if (context.pose_cov != nullptr) {
-        using RowMajor = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
-        const Eigen::Matrix3f cov = Eigen::Map<const RowMajor>(context.pose_cov);
-        var_m2 += gpom::position_variance(cov, context.lever_m + beam.range_m * direction);
-    }
-    if (var_m2 <= 0.0f) { // rounding may take it below 0
+    if (var_m2 == 0.0f) {
         return 0.0f;
     }
     const gpom_params_t &params = map.config.params;
@@ -181,38 +196,63 @@ Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, dou
     const double turned_rad = context.sensor.upside_down != 0 ? -bearing_rad : bearing_rad;
     const gpom::Direction direction = gpom::direction_of(context.T_map_sensor.yaw_rad + turned_rad);
     Beam beam = {};
-    beam.scan = context.scan & UINT32_C(0x7fffffff);
+    beam.scan = context.scan;
+    beam.stamp_ms = map.keeper.stamp_ms;
+    beam.hit_time = map.keeper.time_mark & 3u;
     beam.x_m = context.sensor_m.x();
     beam.y_m = context.sensor_m.y();
     beam.dir_x = direction.x;
     beam.dir_y = direction.y;
-    beam.is_hit = range_m < context.sensor.range_max_m ? 1u : 0u;
-    beam.range_m = beam.is_hit != 0 ? range_m : context.sensor.range_max_m;
-    beam.excess = excess_of(map, context, beam);
+    beam.returned = range_m < context.sensor.range_max_m ? 1u : 0u;
+    beam.has_hit = beam.returned;
+    beam.has_free = 1;
+    beam.range_m = beam.returned != 0 ? range_m : context.sensor.range_max_m;
     return beam;
 }
 
-/// Insert all usable readings; the map takes as many as it has room for.
-gpom_status_t insert_beams(gpom_map &map, const gpom_scan_t &scan, const ScanContext &context)
+/// Whole milliseconds from `first_us` to `stamp_us`, held within what 32 bits can tell (49 days).
+uint32_t milliseconds_between(int64_t first_us, int64_t stamp_us)
 {
-    gpom_status_t status = GPOM_OK;
+    const double difference_ms =
+        1e-3 * (static_cast<double>(stamp_us) - static_cast<double>(first_us));
+    return static_cast<uint32_t>(
+        difference_ms > 0.0 ? (difference_ms < 4294967295.0 ? difference_ms : 4294967295.0) : 0.0);
+}
+
+/// Hand all usable readings to those that choose what is kept.
+void insert_beams(gpom_map &map, const gpom_scan_t &scan, const ScanContext &context)
+{
+    const float sure_m = kSureShare * map.config.keep_m;
     for (uint32_t i = 0; i < scan.n_ranges; ++i) {
         const double bearing_rad = scan.angle_min_rad + i * scan.angle_step_rad;
         if (count_unusable(map.stats, context.sensor, scan.ranges_m[i], bearing_rad)) {
             continue;
         }
-        if (map.n_beams == map.config.beam_max || map.next_id == UINT32_C(0x7fffffff)) {
-            ++map.stats.beams_full;
-            status = GPOM_ERR_FULL;
-            continue;
-        }
         Beam beam = beam_of(map, context, scan.ranges_m[i], bearing_rad);
-        beam.stamp_us = scan.stamp_us;
-        beam.id = map.next_id++;
-        map.beams[map.n_beams++] = beam;
-        ++(beam.is_hit != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
+        const float var_m2 = end_variance(context, beam);
+        beam.excess = excess_of(map, var_m2);
+        gpom::consider(map, beam, var_m2 <= sure_m * sure_m);
     }
-    return status;
+    gpom::settle(map);
+}
+
+/// Take note of when and where a scan was made.
+void note_scan(gpom_map &map, int64_t stamp_us, const Eigen::Vector2f &sensor_m)
+{
+    gpom::Keeper &keeper = map.keeper;
+    const bool is_first = map.stats.scans_inserted == 0;
+    if (is_first) {
+        keeper.first_stamp_us = stamp_us;
+    }
+    if (is_first || stamp_us != keeper.stamp_us) {
+        ++keeper.time_number;
+        keeper.time_mark = static_cast<uint16_t>(keeper.time_number * kGoldenRatio >> 30);
+    }
+    keeper.stamp_us = stamp_us;
+    keeper.stamp_ms = milliseconds_between(keeper.first_stamp_us, stamp_us);
+    keeper.robot_m = {sensor_m.x(), sensor_m.y()};
+    keeper.scan_first_id = map.index.next_id;
+    ++map.stats.scans_inserted;
 }
 
 } // namespace
@@ -247,9 +287,9 @@ gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
     }
     const Eigen::Vector2f lever_m =
         (T_map_sensor.position_m - T_map_robot.position_m).cast<float>();
-    const uint32_t scan_number = static_cast<uint32_t>(map->stats.scans_inserted);
-    ++map->stats.scans_inserted;
-    return insert_beams(
-        *map, *scan,
-        {*sensor, pose->cov, T_map_sensor, sensor_m.cast<float>(), lever_m, scan_number});
+    const auto scan_number = static_cast<uint16_t>(map->stats.scans_inserted & 0xffffu);
+    note_scan(*map, scan->stamp_us, sensor_m.cast<float>());
+    insert_beams(*map, *scan,
+                 {*sensor, pose->cov, T_map_sensor, sensor_m.cast<float>(), lever_m, scan_number});
+    return GPOM_OK;
 }

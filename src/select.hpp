@@ -1,5 +1,6 @@
 /// \file select.hpp
-/// Selection: put the nth smallest key at its place, in bounded time and without a heap.
+/// Selection in slices: put the nth smallest key at its place, a bounded number of comparisons at a
+/// time and without a heap.
 #pragma once
 
 #include <stdint.h>
@@ -25,32 +26,6 @@ inline void swap(uint32_t &a, uint32_t &b)
     b = kept;
 }
 
-/// Move order[root] down a max-heap of n entries.
-template <class KeyOf> void sift_down(uint32_t *order, uint32_t root, uint32_t n, const KeyOf &key)
-{
-    for (uint32_t child = 2 * root + 1; child < n; child = 2 * root + 1) {
-        if (child + 1 < n && key(order[child]) < key(order[child + 1])) {
-            ++child;
-        }
-        if (!(key(order[root]) < key(order[child]))) {
-            return;
-        }
-        swap(order[root], order[child]);
-        root = child;
-    }
-}
-
-template <class KeyOf> void heap_sort(uint32_t *order, uint32_t n, const KeyOf &key)
-{
-    for (uint32_t root = n / 2; root-- > 0;) {
-        sift_down(order, root, n, key);
-    }
-    for (uint32_t end = n; end-- > 1;) {
-        swap(order[0], order[end]);
-        sift_down(order, 0, end, key);
-    }
-}
-
 /// Index, among the first, middle and last entry, of the one with the middle key.
 template <class KeyOf> uint32_t median_of_three(const uint32_t *order, uint32_t n, const KeyOf &key)
 {
@@ -66,43 +41,66 @@ template <class KeyOf> uint32_t median_of_three(const uint32_t *order, uint32_t 
     return key(order[low]) < key(order[last]) ? last : low;
 }
 
-/// Split order[0 .. n) about the median of three of its keys. Returns that key's place: all before
-/// it are less, all behind it greater (ids make keys distinct).
-template <class KeyOf> uint32_t partition(uint32_t *order, uint32_t n, const KeyOf &key)
+/// A selection under way: the nth entry of order[first .. first + n) is sought, entries outside
+/// that stretch are on their side of it already (Hoare's quickselect, 3 n comparisons on average).
+struct Selection {
+    uint32_t first, n, nth;
+    uint32_t round;     ///< Splits done.
+    uint32_t i, n_less; ///< Split under way: entries looked at, and less than the pivot.
+    SortKey pivot;
+};
+
+/// Splits after which a selection is given up: the nth is then not exact, which makes a tree less
+/// tidy and nothing wrong. Adversarial orders alone get there.
+constexpr uint32_t kSplitsMax = 32;
+
+inline Selection selection_of(uint32_t first, uint32_t n, uint32_t nth)
 {
-    swap(order[median_of_three(order, n, key)], order[n - 1]);
-    const SortKey pivot = key(order[n - 1]);
-    uint32_t n_less = 0;
-    for (uint32_t i = 0; i + 1 < n; ++i) {
-        if (key(order[i]) < pivot) {
-            swap(order[i], order[n_less++]);
-        }
-    }
-    swap(order[n_less], order[n - 1]);
-    return n_less;
+    return {first, n, nth, 0, 0, 0, {}};
 }
 
-/// Permute order[0 .. n) so that order[nth] is what sorting would put there, with nothing greater
-/// before it and nothing less behind: Hoare's quickselect, 3 n comparisons on average. Should the
-/// splits be so uneven that kRoundsMax do not suffice, heap sort finishes what is left, so that the
-/// worst case is O(n log n) (Musser's introspective selection, 1997).
-template <class KeyOf> void select_nth(uint32_t *order, uint32_t n, uint32_t nth, const KeyOf &key)
+inline bool is_done(const Selection &s) { return s.n <= 1 || s.round == kSplitsMax; }
+
+/// Narrow the stretch to the side of the pivot's place where the nth lies.
+inline void narrow(Selection &s)
 {
-    constexpr int kRoundsMax = 64;
-    for (int round = 0; round < kRoundsMax; ++round) {
-        const uint32_t split = partition(order, n, key);
-        if (split == nth) {
-            return;
+    if (s.nth == s.n_less) {
+        s.n = 0;
+    } else if (s.nth < s.n_less) {
+        s.n = s.n_less;
+    } else {
+        s.first += s.n_less + 1;
+        s.n -= s.n_less + 1;
+        s.nth -= s.n_less + 1;
+    }
+    ++s.round;
+    s.i = 0;
+    s.n_less = 0;
+}
+
+/// Go on with a selection for at most `budget` comparisons. Returns those used. Keys may change
+/// between slices: order stays a permutation, and the work bounded.
+template <class KeyOf>
+uint32_t select_some(Selection &s, uint32_t *order, const KeyOf &key, uint32_t budget)
+{
+    uint32_t used = 0;
+    while (!is_done(s) && used < budget) {
+        uint32_t *const open = order + s.first;
+        if (s.i == 0) {
+            swap(open[median_of_three(open, s.n, key)], open[s.n - 1]);
+            s.pivot = key(open[s.n - 1]);
         }
-        if (nth < split) {
-            n = split;
-        } else {
-            order += split + 1;
-            n -= split + 1;
-            nth -= split + 1;
+        for (; s.i + 1 < s.n && used < budget; ++s.i, ++used) {
+            if (key(open[s.i]) < s.pivot) {
+                swap(open[s.i], open[s.n_less++]);
+            }
+        }
+        if (s.i + 1 == s.n) {
+            swap(open[s.n_less], open[s.n - 1]);
+            narrow(s);
         }
     }
-    heap_sort(order, n, key);
+    return used;
 }
 
 } // namespace gpom

@@ -19,13 +19,22 @@ extern "C" {
 #define GPOM_BEAM_MAX 20000000u
 
 /** Bytes of memory for a map of `beam_max` beams: a constant expression for a static array, never
- *  less than gpom_map_bytes(). 56 bytes a beam: 40 the beam, 8 in each of the two trees. */
-#define GPOM_MAP_BYTES(beam_max) ((size_t)1024 + (size_t)56 * (size_t)(beam_max))
+ *  less than gpom_map_bytes(). 61 bytes a beam: 36 the beam, 8 in each of two trees and in the one
+ *  being built, 1 in lists. */
+#define GPOM_MAP_BYTES(beam_max) ((size_t)3072 + (size_t)61 * (size_t)(beam_max))
 
 /** What a map is made for. Fill with gpom_config_init(), then change. */
 typedef struct {
     uint32_t struct_bytes; /**< Set by gpom_config_init(); guards against a header mismatch. */
     uint32_t beam_max;     /**< Most beams kept; 1 .. GPOM_BEAM_MAX. Default 1024. */
+    uint32_t clear_scans;  /**< Scans of different times in a row that must see through a hit before
+                                it is given up: 0 (never) or 2 .. 4. Needs keep_m > 0. Default 0. */
+    float keep_m;          /**< A return this near to a kept hit confirms it instead of being kept;
+                                >= 0 [m]. Default 0: every beam is kept. */
+    float far_m;           /**< When full, a beam this far from the robot is worth half; >= 0 [m].
+                                Default 0: distance does not count. */
+    float old_s;           /**< When full, a beam this old is worth half; >= 0 [s]. Default 0: age
+                                does not count. */
     double origin_x_m;    /**< Map frame's east of the origin [m]; beams are kept relative to it. */
     double origin_y_m;    /**< Map frame's north of the origin [m]. Defaults 0, 0. */
     gpom_params_t params; /**< Hyperparameters, copied. Default gpom_params_init(). */
@@ -37,30 +46,41 @@ typedef struct gpom_map gpom_map_t;
 /** What happened to every scan and beam ever offered. Counters only rise (gpom_map_clear() keeps
  *  them); each has one cause. */
 typedef struct {
-    uint64_t scans_inserted;     /**< Scans taken. */
-    uint64_t scans_bad_pose;     /**< Refused: pose or pose covariance not finite or not valid. */
-    uint64_t scans_out_of_reach; /**< Refused: sensor farther than GPOM_REACH_M from the origin. */
-    uint64_t beams_hit;          /**< Kept: a return. */
-    uint64_t beams_no_return;    /**< Kept: free up to the usable maximum, no hit. */
-    uint64_t beams_nan;          /**< Ignored: range is NaN. */
-    uint64_t beams_not_positive; /**< Ignored: range <= 0, minus infinity included. */
-    uint64_t beams_too_near;     /**< Ignored: range below the sensor's minimum. */
-    uint64_t beams_masked;       /**< Ignored: bearing inside one of the sensor's masks. */
-    uint64_t beams_full;         /**< Dropped: the map was full. */
+    uint64_t scans_inserted;      /**< Scans taken. */
+    uint64_t scans_bad_pose;      /**< Refused: pose or pose covariance not finite or not valid. */
+    uint64_t scans_out_of_reach;  /**< Refused: sensor farther than GPOM_REACH_M from the origin. */
+    uint64_t beams_hit;           /**< Kept: a return. */
+    uint64_t beams_no_return;     /**< Kept: free up to the usable maximum, no hit. */
+    uint64_t beams_nan;           /**< Ignored: range is NaN. */
+    uint64_t beams_not_positive;  /**< Ignored: range <= 0, minus infinity included. */
+    uint64_t beams_too_near;      /**< Ignored: range below the sensor's minimum. */
+    uint64_t beams_masked;        /**< Ignored: bearing inside one of the sensor's masks. */
+    uint64_t beams_known;         /**< Not kept: confirms what is known (keep_m). */
+    uint64_t beams_contradicting; /**< Not kept: runs past hits that stand so far (clear_scans). */
+    uint64_t beams_redundant;     /**< Not kept: the map was full of more useful ones. */
+    uint64_t beams_ids_spent;     /**< Not kept: 2^31 beams were kept before. */
+    uint64_t beams_evicted;       /**< Removed: least useful when the map was full. */
+    uint64_t beams_not_confirmed; /**< Removed: provisional, and not seen a second time. */
+    uint64_t hits_cleared;        /**< Removed: scans of several times saw through the hit. */
+    uint64_t free_cleared;        /**< Removed: scans of several times saw a hit on the segment. */
 } gpom_stats_t;
 
 /** One kept beam, for inspection. */
 typedef struct {
-    double x_m;       /**< Sensor position, map frame [m]. */
-    double y_m;       /**< Sensor position, map frame [m]. */
-    int64_t stamp_us; /**< Time of the scan [us]. */
-    float dir_x;      /**< Unit direction, map frame. */
-    float dir_y;      /**< Unit direction, map frame. */
-    float range_m;    /**< Raw range; the usable maximum for a beam without return [m]. */
-    float hit_noise;  /**< Noise variance of its hit: sn2, raised by position uncertainty [1]. */
-    float free_noise; /**< Noise variance of its free points: sn2_free, raised likewise [1]. */
-    uint32_t id;      /**< Order of insertion; grows for ever, never reused. */
-    uint8_t is_hit;   /**< 1: the beam returned. 0: free up to range_m, no hit. */
+    double x_m;          /**< Sensor position, map frame [m]. */
+    double y_m;          /**< Sensor position, map frame [m]. */
+    int64_t stamp_us;    /**< Time of the scan, to a millisecond [us]. */
+    float dir_x;         /**< Unit direction, map frame. */
+    float dir_y;         /**< Unit direction, map frame. */
+    float range_m;       /**< Raw range; the usable maximum for a beam without return [m]. */
+    float hit_noise;     /**< Noise variance of its hit: sn2, raised by position uncertainty [1]. */
+    float free_noise;    /**< Noise variance of its free points: sn2_free, raised likewise [1]. */
+    uint32_t id;         /**< Order of insertion; grows for ever, never reused. */
+    uint8_t is_hit;      /**< 1: its hit at range_m is known. 0: none, or no longer. */
+    uint8_t is_free;     /**< 1: it is known free from the sensor up to the gap before range_m. */
+    uint8_t returned;    /**< 1: range_m is that of a return, and a gap is left before it. */
+    uint8_t provisional; /**< 1: against what was known; queries do not see it until confirmed. */
+    uint8_t n_agreed;    /**< Scans of other times that saw the hit again, up to 15. */
 } gpom_beam_t;
 
 /** Fill with the documented defaults. */
@@ -93,8 +113,12 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_stats(const gpom_map_t *map, gpom
 /** Beams kept now; 0 for NULL. */
 GPOM_API uint32_t gpom_map_beam_count(const gpom_map_t *map);
 
-/** Copy kept beam `i_beam` (0 .. gpom_map_beam_count() - 1, in order of insertion). */
-GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_beam,
+/** Slots of the beam store in use, from 0 on; some may be empty. 0 for NULL. */
+GPOM_API uint32_t gpom_map_slot_count(const gpom_map_t *map);
+
+/** Copy the beam in slot `i_slot` (0 .. gpom_map_slot_count() - 1); one that is neither hit nor free
+ *  is an empty slot. While nothing was removed, slots are in order of insertion. */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot,
                                                     gpom_beam_t *beam);
 
 #ifdef __cplusplus

@@ -1,0 +1,156 @@
+#include "src/index.hpp"
+
+#include "src/assert.hpp"
+
+namespace gpom
+{
+
+namespace
+{
+
+/// Starting pays once so much has changed that searches notice.
+bool is_worth_building(const Index &index)
+{
+    const uint32_t n_recent = index.next_id - index.free_tree.id_end;
+    return n_recent >= kRebuildMin || index.n_vanished >= kRebuildMin + index.n_beams / 8;
+}
+
+/// The slot's beam has lost a part.
+void vanish(Index &index, uint32_t slot)
+{
+    Beam &beam = index.beams[slot];
+    ++index.n_vanished;
+    if (beam.has_hit == 0 && beam.has_free == 0) {
+        beam.stamp_ms = index.first_free;
+        index.first_free = slot;
+        --index.n_beams;
+    }
+}
+
+/// List the beams that have a part of this kind, until the budget or the store ends.
+template <class Part> uint32_t list_some(Index &index, uint32_t budget)
+{
+    KdTree &tree = index.spare;
+    uint32_t used = 0;
+    for (; index.i_slot < index.n_slots && used < budget; ++index.i_slot, ++used) {
+        const Beam &beam = index.beams[index.i_slot];
+        if (Part::is_in(beam) && beam.id < tree.id_end) {
+            tree.slots[tree.n_items++] = index.i_slot;
+        }
+    }
+    return used;
+}
+
+void start_listing(Index &index, BuildPhase phase)
+{
+    index.phase = phase;
+    index.i_slot = 0;
+    index.spare.n_items = 0;
+    index.spare.id_end = index.next_id;
+}
+
+/// The tree that was built takes the place of the old one, whose memory the next will use.
+void trade(KdTree &old, KdTree &built)
+{
+    const KdTree kept = old;
+    old = built;
+    built = kept;
+}
+
+/// One slice of listing or splitting; turns to the next phase when its own is done.
+uint32_t run_phase(Index &index, uint32_t budget)
+{
+    const bool hits = index.phase == BuildPhase::kListHits || index.phase == BuildPhase::kSplitHits;
+    if (index.phase == BuildPhase::kListHits || index.phase == BuildPhase::kListFree) {
+        const uint32_t used =
+            hits ? list_some<HitPart>(index, budget) : list_some<FreePart>(index, budget);
+        if (index.i_slot == index.n_slots) {
+            start_build(index.build, index.spare);
+            index.phase = hits ? BuildPhase::kSplitHits : BuildPhase::kSplitFree;
+        }
+        return used;
+    }
+    const uint32_t used = hits ? build_some(index.build, index.spare, index.hit_part, budget)
+                               : build_some(index.build, index.spare, index.free_part, budget);
+    if (is_done(index.build)) {
+        trade(hits ? index.hit_tree : index.free_tree, index.spare);
+        index.phase = BuildPhase::kIdle;
+        if (hits) {
+            start_listing(index, BuildPhase::kListFree);
+        }
+    }
+    return used;
+}
+
+} // namespace
+
+void forget_all(Index &index)
+{
+    index.n_slots = 0;
+    index.n_beams = 0;
+    index.first_free = kNoSlot;
+    index.n_vanished = 0;
+    index.phase = BuildPhase::kIdle;
+    index.hit_tree.n_items = 0;
+    index.hit_tree.id_end = index.next_id;
+    index.free_tree.n_items = 0;
+    index.free_tree.id_end = index.next_id;
+}
+
+uint32_t insert(Index &index, const Beam &beam)
+{
+    GPOM_ASSERT(!is_full(index) && index.next_id < kIdEnd);
+    uint32_t slot = index.first_free;
+    if (slot != kNoSlot) {
+        index.first_free = index.beams[slot].stamp_ms;
+    } else {
+        slot = index.n_slots++;
+    }
+    index.beams[slot] = beam;
+    index.beams[slot].id = index.next_id;
+    index.recent[index.next_id % index.recent_max] = slot;
+    ++index.next_id;
+    ++index.n_beams;
+    return slot;
+}
+
+void remove_hit(Index &index, uint32_t slot)
+{
+    GPOM_ASSERT(index.beams[slot].has_hit != 0);
+    index.beams[slot].has_hit = 0;
+    vanish(index, slot);
+}
+
+void remove_free(Index &index, uint32_t slot)
+{
+    GPOM_ASSERT(index.beams[slot].has_free != 0);
+    index.beams[slot].has_free = 0;
+    vanish(index, slot);
+}
+
+void remove_beam(Index &index, uint32_t slot)
+{
+    index.beams[slot].has_hit = 0;
+    index.beams[slot].has_free = 0;
+    vanish(index, slot);
+}
+
+void start_build(Index &index)
+{
+    index.n_vanished = 0;
+    start_listing(index, BuildPhase::kListHits);
+}
+
+uint32_t build_some(Index &index, uint32_t budget)
+{
+    if (!is_building(index) && is_worth_building(index)) {
+        start_build(index);
+    }
+    uint32_t used = 0;
+    while (is_building(index) && used < budget) {
+        used += run_phase(index, budget - used);
+    }
+    return used;
+}
+
+} // namespace gpom

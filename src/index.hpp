@@ -1,0 +1,117 @@
+/// \file index.hpp
+/// The beams of a map and where to find them, while they come and go.
+///
+/// Two static KD-trees, over hits and over free segments, know the beams up to an id each; younger
+/// beams are recent, and every search looks at them one by one. When enough is recent or gone, the
+/// trees are built anew in slices: one after the other in the memory of a third, which then trades
+/// places with the old one. Searches are exact at every moment.
+///
+/// A slot that a tree lists may have lost its beam and got another since; ids only grow, so that a
+/// beam whose id the tree does not know is not its own.
+#pragma once
+
+#include "src/kdtree.hpp"
+#include "src/nearest.hpp"
+
+namespace gpom
+{
+
+/// No slot.
+constexpr uint32_t kNoSlot = UINT32_MAX;
+
+/// Ids stay below: the lanes compare them as signed numbers.
+constexpr uint32_t kIdEnd = static_cast<uint32_t>(kNoId);
+
+/// Recent or vanished beams for which building is worth starting.
+constexpr uint32_t kRebuildMin = 32;
+
+/// What building is at.
+enum class BuildPhase : uint32_t { kIdle, kListHits, kSplitHits, kListFree, kSplitFree };
+
+struct Index {
+    Beam *beams; ///< beam_max slots.
+    uint32_t beam_max;
+    uint32_t n_slots;    ///< Slots ever used: [0, n_slots).
+    uint32_t n_beams;    ///< Slots that hold a beam.
+    uint32_t first_free; ///< Free slots are linked by their stamp_ms; kNoSlot ends the list.
+    uint32_t next_id;
+    uint32_t *recent; ///< Slot of each of the recent_max youngest ids, at id % recent_max.
+    uint32_t recent_max;
+    uint32_t n_vanished; ///< Parts removed since the last build started.
+    HitPart hit_part;
+    FreePart free_part;
+    KdTree hit_tree, free_tree;
+    KdTree spare; ///< Where the next tree is built.
+    BuildPhase phase;
+    uint32_t i_slot; ///< Slots listed so far.
+    TreeBuild build;
+};
+
+/// Entries of Index::recent for a map of beam_max beams.
+constexpr uint32_t recent_capacity(uint32_t beam_max) { return beam_max / 8 + kRebuildMin; }
+
+/// Forget all beams; ids go on growing.
+void forget_all(Index &index);
+
+/// Put a beam into the store under the next id. The store must have room, and ids.
+/// Returns its slot.
+uint32_t insert(Index &index, const Beam &beam);
+
+inline bool is_full(const Index &index)
+{
+    return index.first_free == kNoSlot && index.n_slots == index.beam_max;
+}
+
+/// Take a part of a beam away; without any part the slot is free.
+void remove_hit(Index &index, uint32_t slot);
+void remove_free(Index &index, uint32_t slot);
+void remove_beam(Index &index, uint32_t slot);
+
+/// Go on building, or start if it is worth it, for at most `budget` operations (see build_some();
+/// listing a slot is one). Returns those used; 0: nothing to do.
+uint32_t build_some(Index &index, uint32_t budget);
+
+/// Start building whether it is worth it or not, dropping what was under way.
+void start_build(Index &index);
+
+inline bool is_building(const Index &index) { return index.phase != BuildPhase::kIdle; }
+
+/// Call visit(slot) for the slot of each recent beam of a tree: the youngest ids, or, once they
+/// are more than `recent` remembers, the whole store.
+template <class Visit>
+void for_each_recent(const Index &index, const KdTree &tree, const Visit &visit)
+{
+    const IdRange ids = {tree.id_end, index.next_id};
+    if (ids.end - ids.first <= index.recent_max) {
+        uint32_t i = ids.first % index.recent_max;
+        for (uint32_t id = ids.first; id < ids.end; ++id) {
+            if (index.beams[index.recent[i]].id == id) {
+                visit(index.recent[i]);
+            }
+            i = i + 1 == index.recent_max ? 0 : i + 1;
+        }
+        return;
+    }
+    for (uint32_t slot = 0; slot < index.n_slots; ++slot) {
+        if (ids.has(index.beams[slot].id)) {
+            visit(slot);
+        }
+    }
+}
+
+inline const KdTree &tree_of(const Index &index, const HitPart &) { return index.hit_tree; }
+inline const KdTree &tree_of(const Index &index, const FreePart &) { return index.free_tree; }
+
+/// The k nearest parts of one kind among all beams. `stack` has kDepthMax entries.
+template <class F, class Part>
+void search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const Part &part,
+            Subtree *stack)
+{
+    const KdTree &tree = tree_of(index, part);
+    search_tree(nearest, at, part, tree, stack);
+    for_each_recent(index, tree, [&](uint32_t slot) {
+        offer_beam(nearest, at, part, {index.beams, slot, {tree.id_end, index.next_id}});
+    });
+}
+
+} // namespace gpom

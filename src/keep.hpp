@@ -1,0 +1,66 @@
+/// \file keep.hpp
+/// Which beams are worth keeping.
+///
+/// A return near a kept hit only confirms it; a beam that runs past a kept hit speaks against it.
+/// What scans of several times say of a hit or a free segment decides whether it stays, so that
+/// parked cars and doors clear while a single wrong return erodes nothing. When the store is full,
+/// the least useful beam makes room.
+///
+/// New beams are judged in groups of GPOM_LANES_MAX, whatever the width of the build's lanes, so
+/// that the same scans give the same map on every build.
+#pragma once
+
+#include "gpom/query.h"
+#include "src/beam.hpp"
+#include "src/index.hpp"
+
+struct gpom_map;
+
+namespace gpom
+{
+
+constexpr uint32_t kGroup = GPOM_LANES_MAX;
+
+/// New beams of one scan, waiting for their group to be complete.
+struct Group {
+    Beam beams[kGroup];
+    float gap2_m2[kGroup]; ///< Squared distance to the nearest kept hit, or free segment.
+    uint32_t n;
+    uint32_t sure;     ///< Bit i: its place is known well enough to speak against others.
+    uint32_t known;    ///< Bit i: its return confirms a kept hit.
+    uint32_t against;  ///< Bit i: it runs past a kept hit that stands all the same.
+    uint32_t clearing; ///< Bit i: it is the last of those that cleared a hit.
+};
+
+/// State of the choice.
+struct Keeper {
+    Group group;
+    uint32_t scan_first_id; ///< Beams of the scan being inserted have this id or a greater one.
+    uint32_t time_number;   ///< Different stamps seen so far.
+    uint16_t time_mark;     ///< Two bits that stand for it in Beam.
+    uint32_t *provisional;  ///< Slots of the youngest provisional beams, a ring.
+    uint32_t provisional_max;
+    uint32_t n_provisional; ///< Ever entered into the ring.
+    uint32_t hand;          ///< Slot at which the next search for the least useful starts.
+    Point robot_m;          ///< Sensor of the newest scan.
+    int64_t first_stamp_us;
+    int64_t stamp_us;  ///< Of the newest scan.
+    uint32_t stamp_ms; ///< The same, since the first.
+    Subtree stack[kDepthMax];
+};
+
+/// Provisional beams that a map of beam_max beams holds at most.
+constexpr uint32_t provisional_capacity(uint32_t beam_max) { return beam_max / 16 + 8; }
+
+/// Take a new beam of the current scan into consideration; it is settled with its group.
+/// sure: its place is known to a fraction of keep_m.
+void consider(gpom_map &map, const Beam &beam, bool sure);
+
+/// Settle the beams that still wait.
+void settle(gpom_map &map);
+
+/// Put a beam into the store, making room if it is full. `gap2_m2` is how far what is known is.
+/// Returns its slot, or kNoSlot if it was dropped and counted.
+uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2);
+
+} // namespace gpom
