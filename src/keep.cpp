@@ -19,11 +19,11 @@ constexpr float kPassSlope = 0.05f;
 /// A free segment is known if another runs by its end nearer than keep_m times this.
 constexpr float kFreeSpacing = 4.0f;
 
-/// Scans of different times that must have seen something on a free segment before it is given up.
-constexpr uint32_t kFreeAgainst = 4;
+/// Confirmed hits of different times on a free segment after which it is given up.
+constexpr uint32_t kFreeAgainst = 2;
 
 /// Beams looked at for the least useful.
-constexpr uint32_t kCandidates = 8;
+constexpr uint32_t kCandidates = 4;
 
 /// Lane vectors that a group fills.
 constexpr uint32_t kVectors = kGroup / static_cast<uint32_t>(kLanes);
@@ -186,44 +186,64 @@ Witnesses witnesses_of(Trial &trial, const Point &at, bool is_standing)
     return all;
 }
 
-/// Something was seen at `at`, between a kept beam's sensor and its end: true if the free segment
-/// stands all the same.
-bool stands_against(gpom_map &map, uint32_t slot, const Point &at)
+/// True if a place lies on the free segment of a kept beam of another scan, by the same margins as
+/// a beam's passing by a hit.
+bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at)
 {
-    Beam &beam = map.index.beams[slot];
+    const float keep_m = map.config.keep_m;
     const float from_x = at.x_m - beam.x_m;
     const float from_y = at.y_m - beam.y_m;
     const float along = from_x * beam.dir_x + from_y * beam.dir_y;
     const float across = lane::abs(from_x * beam.dir_y - from_y * beam.dir_x);
     const float to_go = beam.range_m - along;
-    const float keep_m = map.config.keep_m;
     const float width = lane::min(kPassSlope * to_go, kPassWidth * keep_m);
-    const bool is_on_it = along > 0.0f && to_go > keep_m && across < width;
-    if (!is_on_it || beam.id >= map.keeper.scan_first_id) {
-        return false;
-    }
-    if (beam.free_against == 0 || beam.free_time != (map.keeper.time_mark & 3u)) {
-        beam.free_against = (beam.free_against + 1u) & 3u;
-        beam.free_time = map.keeper.time_mark & 3u;
-    }
-    if (beam.free_against != kFreeAgainst % 4u) {
-        return true;
-    }
-    remove_free(map.index, slot);
-    ++map.stats.free_cleared;
-    return false;
+    return along > 0.0f && to_go > keep_m && across < width && beam.id < map.keeper.scan_first_id;
 }
 
-/// Let a hit at `at` speak against the free segments it lies on. True if one stands all the same.
-bool speaks_against_free(gpom_map &map, const Point &at)
+/// Visit the free segments that a place lies on; visit(slot) tells whether to go on.
+template <class Visit> void for_each_free_at(gpom_map &map, const Point &at, const Visit &visit)
 {
     const float reach_m = kPassWidth * map.config.keep_m;
-    bool any_stands = false;
+    bool goes_on = true;
     walk(
         map.index, map.index.free_part, map.keeper.stack,
-        [&](const Box &box) { return box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m; },
-        [&](uint32_t slot) { any_stands |= stands_against(map, slot, at); });
-    return any_stands;
+        [&](const Box &box) {
+            return goes_on && box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m;
+        },
+        [&](uint32_t slot) {
+            if (goes_on && is_on_free(map, map.index.beams[slot], at)) {
+                goes_on = visit(slot);
+            }
+        });
+}
+
+/// True if a place is known to be free.
+bool is_known_free(gpom_map &map, const Point &at)
+{
+    bool is_free = false;
+    for_each_free_at(map, at, [&](uint32_t) {
+        is_free = true;
+        return false;
+    });
+    return is_free;
+}
+
+/// A hit was confirmed where segments were free: they give way if that happens at kFreeAgainst
+/// times.
+void age_free(gpom_map &map, const Point &at)
+{
+    for_each_free_at(map, at, [&](uint32_t slot) {
+        Beam &beam = map.index.beams[slot];
+        if (beam.free_against == 0 || beam.free_time != map.keeper.time_mark) {
+            beam.free_against = (beam.free_against + 1u) & 3u;
+            beam.free_time = map.keeper.time_mark & 3u;
+        }
+        if (beam.free_against == kFreeAgainst) {
+            remove_free(map.index, slot);
+            ++map.stats.free_cleared;
+        }
+        return true;
+    });
 }
 
 /// A scan of another time saw the hit again: one count more, and whoever saw through it erred.
@@ -287,7 +307,7 @@ void judge_hit(Trial &trial, uint32_t slot)
         group.known |= witnesses.ends;
         confirm(map, beam);
         if (was_provisional) {
-            speaks_against_free(map, at);
+            age_free(map, at);
         }
     } else if (witnesses.passes != 0 && map.config.clear_scans > 0) {
         const bool gone = contradict(map, slot);
@@ -436,7 +456,7 @@ bool decide(gpom_map &map, uint32_t i_beam, uint32_t kept)
         return false;
     }
     if (beam.returned != 0 && !is_known && (group.sure & bit) != 0 && map.config.clear_scans > 0) {
-        beam.provisional = speaks_against_free(map, end_of(beam)) ? 1 : 0;
+        beam.provisional = is_known_free(map, end_of(beam)) ? 1 : 0;
     }
     return keep(map, beam, group.gap2_m2[i_beam]) != kNoSlot;
 }
