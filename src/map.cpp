@@ -13,16 +13,18 @@ void gpom_config_init(gpom_config_t *config)
     *config = gpom_config_t{};
     config->struct_bytes = sizeof(gpom_config_t);
     config->beam_max = 1024;
+    config->lowres_unknown = 0.95f;
     gpom_params_init(&config->params);
 }
 
 namespace
 {
 
-bool is_valid_capacity(uint32_t beam_max)
+bool is_valid_capacity(const gpom_config_t &config)
 {
-    return beam_max >= 1 && beam_max <= GPOM_BEAM_MAX &&
-           beam_max <= (SIZE_MAX - 1024) / 56; // on 32 bits GPOM_MAP_BYTES may not wrap
+    const uint64_t n_cells = gpom::lowres_cell_count(config);
+    return config.beam_max >= 1 && config.beam_max <= GPOM_BEAM_MAX && n_cells <= GPOM_CELL_MAX &&
+           2048 + 56 * uint64_t{config.beam_max} + 8 * n_cells <= SIZE_MAX; // on 32 bits
 }
 
 bool is_finite(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
@@ -32,10 +34,13 @@ gpom_status_t check_config(const gpom_config_t *config)
     if (config == nullptr || config->struct_bytes != sizeof(gpom_config_t)) {
         return GPOM_ERR_ARG;
     }
-    if (!is_valid_capacity(config->beam_max)) {
+    if (!is_valid_capacity(*config)) {
         return GPOM_ERR_ARG;
     }
     if (!is_finite(config->origin_x_m) || !is_finite(config->origin_y_m)) {
+        return GPOM_ERR_ARG;
+    }
+    if (!gpom::is_lowres_config(*config)) {
         return GPOM_ERR_ARG;
     }
     return gpom_params_check(&config->params, nullptr);
@@ -56,10 +61,10 @@ void carve_arrays(gpom_map &map, const gpom::MapLayout &layout)
 
 size_t gpom_map_bytes(const gpom_config_t *config)
 {
-    if (config == nullptr || !is_valid_capacity(config->beam_max)) {
+    if (config == nullptr || !is_valid_capacity(*config)) {
         return 0;
     }
-    return gpom::map_layout(config->beam_max).total;
+    return gpom::map_layout(config->beam_max, gpom::lowres_cell_count(*config)).total;
 }
 
 gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void *mem,
@@ -73,7 +78,8 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     if (status != GPOM_OK) {
         return status;
     }
-    const gpom::MapLayout layout = gpom::map_layout(config->beam_max);
+    const gpom::MapLayout layout =
+        gpom::map_layout(config->beam_max, gpom::lowres_cell_count(*config));
     if (mem == nullptr || !gpom::is_aligned(mem, 8) || mem_bytes < layout.total) {
         return GPOM_ERR_MEM;
     }
@@ -86,6 +92,7 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     made.hit_part = {config->params.depth_m};
     made.free_part = {config->params.gap_m};
     carve_arrays(made, layout);
+    gpom::lowres_init(made.lowres, *config, gpom::carve<gpom::Cell>(mem, layout.cells));
     made.magic = gpom::kMapMagic;
     *map = &made;
     return GPOM_OK;
@@ -100,6 +107,7 @@ gpom_status_t gpom_map_clear(gpom_map_t *map)
     map->n_indexed = 0;
     map->hit_tree.n_items = 0;
     map->free_tree.n_items = 0;
+    gpom::lowres_clear(map->lowres);
     return GPOM_OK;
 }
 

@@ -8,6 +8,7 @@
 #include "src/beam.hpp"
 #include "src/kdtree.hpp"
 #include "src/kernel.hpp"
+#include "src/lowres.hpp"
 
 /// Opaque to users (gpom_map_t). Beams [0, n_indexed) are in the trees, [n_indexed, n_beams) are
 /// recent: each query looks at them one by one.
@@ -27,6 +28,7 @@ struct gpom_map {
     gpom::KdTree hit_tree;
     gpom::KdTree free_tree;
     gpom::Subtree build_stack[gpom::kDepthMax];
+    gpom::Lowres lowres;
 };
 
 namespace gpom
@@ -37,10 +39,10 @@ constexpr uint32_t kMapMagic = 0x6d6f7067; // "gpom"
 /// Byte offsets of everything a map owns. The one place that knows the layout: gpom_map_init()
 /// carves with it, gpom_map_bytes() reports it, GPOM_MAP_BYTES is checked against it.
 struct MapLayout {
-    size_t beams, hit_boxes, hit_slots, free_boxes, free_slots, total;
+    size_t beams, hit_boxes, hit_slots, free_boxes, free_slots, cells, total;
 };
 
-constexpr MapLayout map_layout(uint32_t beam_max)
+constexpr MapLayout map_layout(uint32_t beam_max, uint64_t cell_max)
 {
     const size_t boxes_bytes = align8(node_count(beam_max) * sizeof(Box));
     const size_t slots_bytes = align8(beam_max * sizeof(uint32_t));
@@ -49,14 +51,16 @@ constexpr MapLayout map_layout(uint32_t beam_max)
     const size_t hit_slots = hit_boxes + boxes_bytes;
     const size_t free_boxes = hit_slots + slots_bytes;
     const size_t free_slots = free_boxes + boxes_bytes;
-    const size_t total = free_slots + slots_bytes;
-    return {beams, hit_boxes, hit_slots, free_boxes, free_slots, total};
+    const size_t cells = free_slots + slots_bytes;
+    const size_t total = cells + static_cast<size_t>(cell_max) * sizeof(Cell);
+    return {beams, hit_boxes, hit_slots, free_boxes, free_slots, cells, total};
 }
 
-static_assert(map_layout(1).total <= GPOM_MAP_BYTES(1), "public macro too small");
-static_assert(map_layout(9).total <= GPOM_MAP_BYTES(9), "public macro too small");
-static_assert(map_layout(476).total <= GPOM_MAP_BYTES(476), "public macro too small");
-static_assert(map_layout(GPOM_BEAM_MAX).total <= GPOM_MAP_BYTES(GPOM_BEAM_MAX),
+static_assert(map_layout(1, 0).total <= GPOM_MAP_BYTES(1, 0), "public macro too small");
+static_assert(map_layout(9, 1).total <= GPOM_MAP_BYTES(9, 1), "public macro too small");
+static_assert(map_layout(476, 1024).total <= GPOM_MAP_BYTES(476, 1024), "public macro too small");
+static_assert(map_layout(GPOM_BEAM_MAX, GPOM_CELL_MAX).total <=
+                  GPOM_MAP_BYTES(GPOM_BEAM_MAX, GPOM_CELL_MAX),
               "public macro too small");
 static_assert(leaf_count(GPOM_BEAM_MAX) <= (1u << (kDepthMax - 2)),
               "the walk's stack is too short");

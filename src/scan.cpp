@@ -192,6 +192,14 @@ Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, dou
     return beam;
 }
 
+/// Tell the low-resolution map.
+void mark_beam(gpom_map &map, const Beam &beam)
+{
+    const float length_m = beam.range_m + map.config.params.depth_m;
+    const gpom::Point end = gpom::end_of({beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, length_m});
+    gpom::lowres_mark_segment(map.lowres, {beam.x_m, beam.y_m}, end, map.lowres.reach_m);
+}
+
 /// Insert all usable readings; the map takes as many as it has room for.
 gpom_status_t insert_beams(gpom_map &map, const gpom_scan_t &scan, const ScanContext &context)
 {
@@ -210,6 +218,7 @@ gpom_status_t insert_beams(gpom_map &map, const gpom_scan_t &scan, const ScanCon
         beam.stamp_us = scan.stamp_us;
         beam.id = map.next_id++;
         map.beams[map.n_beams++] = beam;
+        mark_beam(map, beam);
         ++(beam.is_hit != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
     }
     return status;
@@ -249,6 +258,8 @@ gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
         (T_map_sensor.position_m - T_map_robot.position_m).cast<float>();
     const uint32_t scan_number = static_cast<uint32_t>(map->stats.scans_inserted);
     ++map->stats.scans_inserted;
+    const Eigen::Vector2f robot_m = sensor_m.cast<float>() - lever_m;
+    gpom::lowres_follow(map->lowres, {robot_m.x(), robot_m.y()}, scan->stamp_us);
     return insert_beams(
         *map, *scan,
         {*sensor, pose->cov, T_map_sensor, sensor_m.cast<float>(), lever_m, scan_number});
