@@ -13,8 +13,8 @@ namespace
 /// Greatest cell number; float64 tells neighbouring cells apart far beyond it.
 constexpr double kCellNumberMax = 1e9;
 
-constexpr float kVarianceSteps = 255.0f;
-constexpr float kProbabilitySteps = 65535.0f;
+constexpr double kVarianceSteps = 255.0;
+constexpr double kProbabilitySteps = 65535.0;
 
 // Written so that a NaN fails.
 bool is_between(double x, double low, double high) { return x >= low && x <= high; }
@@ -27,17 +27,22 @@ bool has_cell_numbers(double origin_m, double cell_m)
     return (magnitude(origin_m) + 2.0 * GPOM_REACH_M) / cell_m <= kCellNumberMax;
 }
 
+// In double, where the products are exact.
 uint32_t quantised_probability(float probability)
 {
-    return static_cast<uint32_t>(probability * kProbabilitySteps + 0.5f);
+    return static_cast<uint32_t>(static_cast<double>(probability) * kProbabilitySteps + 0.5);
 }
 
 /// Rounded up, so that nothing looks surer than it is.
-uint32_t quantised_variance(float variance, float unit)
+uint32_t quantised_variance(float variance, float prior_variance)
 {
-    const float steps = lane::min(variance / unit, kVarianceSteps);
+    const double steps =
+        static_cast<double>(variance) * kVarianceSteps / static_cast<double>(prior_variance);
+    if (!(steps < kVarianceSteps)) {
+        return static_cast<uint32_t>(kVarianceSteps);
+    }
     const uint32_t whole = static_cast<uint32_t>(steps);
-    return static_cast<float>(whole) < steps ? whole + 1 : whole;
+    return static_cast<double>(whole) < steps ? whole + 1 : whole;
 }
 
 uint32_t packed(uint32_t probability, uint32_t variance, uint32_t cls)
@@ -200,7 +205,7 @@ uint32_t lowres_value(const Lowres &lowres, const gpom_answer_t &answer)
     const bool is_known = answer.flags == 0 && answer.variance <= lowres.unknown_variance;
     const bool keeps_class = is_known || answer.cls == GPOM_OCCUPIED; // never hide an obstacle
     return packed(quantised_probability(answer.probability),
-                  quantised_variance(answer.variance, lowres.variance_unit),
+                  quantised_variance(answer.variance, lowres.prior_variance),
                   keeps_class ? answer.cls : static_cast<uint32_t>(GPOM_UNKNOWN));
 }
 
@@ -213,7 +218,7 @@ void lowres_init(Lowres &lowres, const gpom_config_t &config, Cell *cells)
     lowres.reach_m = config.lowres_reach_m > 0.0f ? config.lowres_reach_m : 2.0f * cell_m;
     const float prior_variance = gpom_params_prior_variance(&config.params);
     lowres.unknown_variance = config.lowres_unknown * prior_variance;
-    lowres.variance_unit = prior_variance / kVarianceSteps;
+    lowres.prior_variance = prior_variance;
     const float prior = gpom_params_prior_probability(&config.params);
     lowres.unknown_value = packed(quantised_probability(prior), 255, GPOM_UNKNOWN);
     lowres.is_rolling = config.lowres_rolling != 0 ? 1 : 0;

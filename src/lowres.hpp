@@ -73,7 +73,7 @@ struct Lowres {
     int64_t stamp0_us;
     float reach_m;
     float unknown_variance; ///< A greater one has class unknown.
-    float variance_unit;    ///< Variance of 1 in a cell.
+    float prior_variance;
     uint32_t unknown_value; ///< Cell::value of a cell never evaluated, without flags.
     uint32_t counter;       ///< Atomic: odd while a window changes.
     uint32_t map_sequence;  ///< Atomic.

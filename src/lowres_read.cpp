@@ -56,15 +56,12 @@ void copy_cells(const Layer &layer, const Window &w, gpom_cell_t *cells)
     }
 }
 
-bool is_layer(gpom_layer_t layer)
-{
-    return layer == GPOM_LAYER_COARSE || layer == GPOM_LAYER_FOCUS;
-}
+bool is_layer(uint32_t layer) { return layer == GPOM_LAYER_COARSE || layer == GPOM_LAYER_FOCUS; }
 
 } // namespace
 } // namespace gpom
 
-gpom_status_t gpom_lowres_info(const gpom_map_t *map, gpom_layer_t layer, gpom_lowres_info_t *info)
+gpom_status_t gpom_lowres_info(const gpom_map_t *map, uint32_t layer, gpom_lowres_info_t *info)
 {
     if (!gpom::is_map(map) || !gpom::is_layer(layer) || info == nullptr) {
         return GPOM_ERR_ARG;
@@ -84,7 +81,7 @@ gpom_status_t gpom_lowres_info(const gpom_map_t *map, gpom_layer_t layer, gpom_l
     return GPOM_ERR_BUSY;
 }
 
-gpom_status_t gpom_lowres_copy(const gpom_map_t *map, gpom_layer_t layer, gpom_cell_t *cells,
+gpom_status_t gpom_lowres_copy(const gpom_map_t *map, uint32_t layer, gpom_cell_t *cells,
                                uint32_t cell_max, gpom_lowres_info_t *info)
 {
     if (!gpom::is_map(map) || !gpom::is_layer(layer) || cells == nullptr || info == nullptr) {
@@ -112,7 +109,7 @@ gpom_status_t gpom_lowres_copy(const gpom_map_t *map, gpom_layer_t layer, gpom_c
     return GPOM_ERR_BUSY;
 }
 
-gpom_status_t gpom_lowres_cell(const gpom_map_t *map, gpom_layer_t layer, uint32_t ix, uint32_t iy,
+gpom_status_t gpom_lowres_cell(const gpom_map_t *map, uint32_t layer, uint32_t ix, uint32_t iy,
                                gpom_cell_t *cell)
 {
     if (!gpom::is_map(map) || !gpom::is_layer(layer) || cell == nullptr) {
@@ -129,7 +126,7 @@ gpom_status_t gpom_lowres_cell(const gpom_map_t *map, gpom_layer_t layer, uint32
     return GPOM_OK;
 }
 
-gpom_status_t gpom_lowres_at(const gpom_map_t *map, gpom_layer_t layer, const gpom_point_t *point,
+gpom_status_t gpom_lowres_at(const gpom_map_t *map, uint32_t layer, const gpom_point_t *point,
                              gpom_cell_t *cell)
 {
     if (!gpom::is_map(map) || !gpom::is_layer(layer) || point == nullptr || cell == nullptr) {

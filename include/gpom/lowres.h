@@ -31,8 +31,8 @@ extern "C" {
 #define GPOM_LOWRES_NEAR_CELLS 16u
 
 /** Operations that one cell counts in a budget, for n = n_hits + n_free: n^3 / 6 multiply-adds of
- *  the factor, 32 for each of n^2 / 2 covariances, 1024 for the search and the rest. A nominal count,
- *  the same on every build; looking at a cell to see whether it is dirty counts 1. */
+ *  the factor, 32 for each of n^2 / 2 covariances, 1024 for the search and the rest. A nominal
+ *  count, the same on every build; looking at a cell to see whether it is dirty counts 1. */
 #define GPOM_LOWRES_CELL_OPS(n)                                                                    \
     ((uint64_t)(n) * (uint64_t)(n) * (uint64_t)(n) / 6u +                                          \
      (uint64_t)16 * (uint64_t)(n) * (uint64_t)(n) + (uint64_t)1024)
@@ -41,7 +41,7 @@ extern "C" {
  *  looks. A smaller budget evaluates nothing. */
 #define GPOM_LOWRES_GROUP_OPS(n) (GPOM_LANES_MAX * GPOM_LOWRES_CELL_OPS(n) + (uint64_t)64)
 
-/** The rasters of a map. */
+/** The rasters of a map: argument `layer` below. */
 typedef enum { GPOM_LAYER_COARSE = 0, GPOM_LAYER_FOCUS = 1 } gpom_layer_t;
 
 /** A cell. 8 bytes. */
@@ -71,7 +71,7 @@ typedef struct {
  *  stamp0_us and frame_epoch belong together; the other fields are of some moment of the call.
  *
  *  Errors  GPOM_ERR_ARG (null, no such layer), GPOM_ERR_BUSY as gpom_lowres_copy(). */
-GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_info(const gpom_map_t *map, gpom_layer_t layer,
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_info(const gpom_map_t *map, uint32_t layer,
                                                        gpom_lowres_info_t *info);
 
 /** Copy a raster while another thread inserts and steps: no lock, no waiting for either side.
@@ -89,7 +89,7 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_info(const gpom_map_t *map, gp
  *            GPOM_ERR_BUSY (the raster moved during each of GPOM_LOWRES_TRIES tries: call again;
  *            *cells and *info are unspecified).
  *  Cost      O(nx ny) a try. Safe in any thread and in an interrupt. */
-GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_copy(const gpom_map_t *map, gpom_layer_t layer,
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_copy(const gpom_map_t *map, uint32_t layer,
                                                        gpom_cell_t *cells, uint32_t cell_max,
                                                        gpom_lowres_info_t *info);
 
@@ -101,14 +101,14 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_copy(const gpom_map_t *map, gp
  *
  *  Errors  GPOM_ERR_ARG (null, no such layer or cell).
  *  Cost    O(1). */
-GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_cell(const gpom_map_t *map, gpom_layer_t layer,
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_cell(const gpom_map_t *map, uint32_t layer,
                                                        uint32_t ix, uint32_t iy, gpom_cell_t *cell);
 
 /** The same for the cell that contains a point of the map frame (its left and lower edges belong
  *  to a cell).
  *
  *  Errors  GPOM_ERR_ARG (null, no such layer), GPOM_ERR_REACH (outside of the raster, or NaN). */
-GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_at(const gpom_map_t *map, gpom_layer_t layer,
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_at(const gpom_map_t *map, uint32_t layer,
                                                      const gpom_point_t *point, gpom_cell_t *cell);
 
 /** Look closer along a path: the focus layer becomes the raster over the bounding box of all that

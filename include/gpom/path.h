@@ -9,7 +9,8 @@
 extern "C" {
 #endif
 
-/** Most samples of one gpom_path_query(). */
+/** Most samples of one gpom_path_query(), each sector of a corner counted with up to two rings and
+ *  two places a ring too many. */
 #define GPOM_PATH_SAMPLES_MAX 16777216u
 
 /** A way to go: a polyline and the disc that moves along it. */
@@ -33,8 +34,8 @@ typedef struct {
 typedef struct {
     double x_m;         /**< Its sample's place, map frame [m]. */
     double y_m;         /**< Likewise. */
-    double arc_m;       /**< Length of the polyline up to the point of the sample's stretch that is
-                             closest to the sample [m]. */
+    double arc_m;       /**< Length of the polyline up to the centre of the disc that meets it, with
+                             the sample straight to its side or in a corner's sector [m]. */
     float probability;  /**< Highest probability of occupancy; of equal ones the first sample's. */
     uint8_t cls;        /**< Its gpom_class_t. */
     uint8_t flags;      /**< 0, or GPOM_PATH_… bits. */
@@ -43,19 +44,18 @@ typedef struct {
 
 /** Highest probability of occupancy in the area that a disc sweeps along a polyline.
  *
- *  Each stretch from corner to corner, of length l along its unit direction t with left normal n,
- *  is sampled at steps of at most spacing_m along t, from 0 to l + radius_m (the first stretch from
- *  -radius_m), and for each of these across, along n, from -radius_m to radius_m; the steps of a
- *  side are equal and include both its ends. A sample that lies outside of the rounded end is moved
- *  to the nearest point within radius_m of the stretch if that is within spacing_m / sqrt(2), else
- *  left out. So every point of the swept area has a sample within spacing_m / sqrt(2), and every
- *  sample lies in the area. Samples come in the order of stretch, step along, step across.
- *  Stretches of no length are left out (a path of nothing else keeps its first, along x).
+ *  The area is made of a rectangle about each stretch and a sector about each corner: the half disc
+ *  behind the first and before the last, at the others what opens on the outer side of the turn.
+ *  Rectangles are sampled along and across in equal steps of at most spacing_m, both ends included;
+ *  sectors likewise on rings of equal steps up to radius_m, from the centre outward, each ring from
+ *  side to side. So every sample lies in the area, every point of the area has a sample within 0.8
+ *  spacing_m, and the samples come in the order of their arc_m. Sectors narrower than a thousandth
+ *  of spacing_m and stretches of no length are left out.
  *
  *  result   Of the samples up to the first with probability >= stop_probability.
  *  scratch  As for a query.
  *  Errors   GPOM_ERR_ARG (null; a number not finite or out of range; more than
- *           GPOM_PATH_SAMPLES_MAX samples, left out ones included), GPOM_ERR_MEM (scratch): result
+ *           GPOM_PATH_SAMPLES_MAX samples), GPOM_ERR_MEM (scratch): result
  *           is untouched. GPOM_ERR_REACH, GPOM_ERR_PIVOT: as the flags say; result is valid.
  *  Cost     One query a sample, GPOM_LANES_MAX at a time: fewer than that are asked in vain. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_path_query(const gpom_map_t *map,
