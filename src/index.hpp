@@ -67,6 +67,9 @@ void remove_hit(Index &index, uint32_t slot);
 void remove_free(Index &index, uint32_t slot);
 void remove_beam(Index &index, uint32_t slot);
 
+/// The origin moves by (dx_m, dy_m): all coordinates follow, and what is being built is dropped.
+void shift_origin(Index &index, float dx_m, float dy_m);
+
 /// Go on building, or start if it is worth it, for at most `budget` operations (see build_some();
 /// listing a slot is one). Returns those used; 0: nothing to do.
 uint32_t build_some(Index &index, uint32_t budget);

@@ -239,7 +239,7 @@ void age_free(gpom_map &map, const Point &at)
             beam.free_time = map.keeper.time_mark & 3u;
         }
         if (beam.free_against == kFreeAgainst) {
-            remove_free(map.index, slot);
+            drop_free(map, slot);
             ++map.stats.free_cleared;
         }
         return true;
@@ -254,7 +254,10 @@ void confirm(gpom_map &map, Beam &beam)
     if (beam.provisional == 0 && !counted && beam.agreed < kAgreedMax) {
         beam.agreed = (beam.agreed + 1u) & kAgreedMax;
     }
-    beam.provisional = 0;
+    if (beam.provisional != 0) {
+        beam.provisional = 0;
+        mark_beam(map, beam);
+    }
     beam.hit_against = 0;
     beam.hit_time = time & 3u;
 }
@@ -267,7 +270,7 @@ bool contradict(gpom_map &map, uint32_t slot)
 {
     Beam &beam = map.index.beams[slot];
     if (beam.provisional != 0) {
-        remove_beam(map.index, slot);
+        drop_beam(map, slot);
         ++map.stats.beams_not_confirmed;
         return true;
     }
@@ -278,7 +281,7 @@ bool contradict(gpom_map &map, uint32_t slot)
     const uint32_t in_row = beam.hit_against;
     const uint32_t counts = 1u << in_row;
     if (beam.agreed < counts && in_row + 1u >= map.config.clear_scans) {
-        remove_hit(map.index, slot);
+        drop_hit(map, slot);
         ++map.stats.hits_cleared;
         return true;
     }
@@ -353,7 +356,7 @@ float usefulness(gpom_map &map, const Beam &beam)
     }
     float discount = 1.0f;
     if (map.config.far_m > 0.0f) {
-        const float far2 = distance2(end_of(beam), map.keeper.robot_m);
+        const float far2 = distance2(end_of(beam), map.keeper.robot);
         discount += far2 / (map.config.far_m * map.config.far_m);
     }
     if (map.config.old_s > 0.0f) {
@@ -390,7 +393,7 @@ bool make_room(gpom_map &map, float worth)
     if (least.slot == kNoSlot || !(least.usefulness < worth)) {
         return false;
     }
-    remove_beam(map.index, least.slot);
+    drop_beam(map, least.slot);
     ++map.stats.beams_evicted;
     return true;
 }
@@ -403,7 +406,7 @@ void enter_provisional(gpom_map &map, uint32_t slot)
     if (keeper.n_provisional >= keeper.provisional_max) {
         const Beam &oldest = map.index.beams[entry];
         if (oldest.has_hit != 0 && oldest.provisional != 0) {
-            remove_beam(map.index, entry);
+            drop_beam(map, entry);
             ++map.stats.beams_not_confirmed;
         }
     }
@@ -505,6 +508,31 @@ void judge(gpom_map &map)
 
 } // namespace
 
+void mark_beam(gpom_map &map, const Beam &beam)
+{
+    const float length_m = beam.range_m + map.config.params.depth_m;
+    const Segment whole = {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, length_m};
+    lowres_mark_segment(map.lowres, {beam.x_m, beam.y_m}, end_of(whole), map.lowres.reach_m);
+}
+
+void drop_hit(gpom_map &map, uint32_t slot)
+{
+    mark_beam(map, map.index.beams[slot]);
+    remove_hit(map.index, slot);
+}
+
+void drop_free(gpom_map &map, uint32_t slot)
+{
+    mark_beam(map, map.index.beams[slot]);
+    remove_free(map.index, slot);
+}
+
+void drop_beam(gpom_map &map, uint32_t slot)
+{
+    mark_beam(map, map.index.beams[slot]);
+    remove_beam(map.index, slot);
+}
+
 uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2)
 {
     if (map.index.next_id == kIdEnd) {
@@ -516,6 +544,7 @@ uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2)
         return kNoSlot;
     }
     const uint32_t slot = insert(map.index, beam);
+    mark_beam(map, beam);
     if (beam.provisional != 0) {
         enter_provisional(map, slot);
     }

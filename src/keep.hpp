@@ -42,10 +42,9 @@ struct Keeper {
     uint32_t provisional_max;
     uint32_t n_provisional; ///< Ever entered into the ring.
     uint32_t hand;          ///< Slot at which the next search for the least useful starts.
-    Point robot_m;          ///< Sensor of the newest scan.
-    int64_t first_stamp_us;
-    int64_t stamp_us;  ///< Of the newest scan.
-    uint32_t stamp_ms; ///< The same, since the first.
+    Point robot;            ///< At the newest scan.
+    int64_t stamp_us;       ///< Of the newest scan.
+    uint32_t stamp_ms;      ///< The same, since the map's first.
     Subtree stack[kDepthMax];
 };
 
@@ -62,5 +61,13 @@ void settle(gpom_map &map);
 /// Put a beam into the store, making room if it is full. `gap2_m2` is how far what is known is.
 /// Returns its slot, or kNoSlot if it was dropped and counted.
 uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2);
+
+/// Take a hit, a free segment or a whole beam away, and tell the low-resolution map.
+void drop_hit(gpom_map &map, uint32_t slot);
+void drop_free(gpom_map &map, uint32_t slot);
+void drop_beam(gpom_map &map, uint32_t slot);
+
+/// Tell the low-resolution map that a beam came, goes or counts anew.
+void mark_beam(gpom_map &map, const Beam &beam);
 
 } // namespace gpom
