@@ -45,7 +45,8 @@ typedef struct {
 /** Highest probability of occupancy in the area that a disc sweeps along a polyline.
  *
  *  The area is made of a rectangle about each stretch and a sector about each corner: the half disc
- *  behind the first and before the last, at the others what opens on the outer side of the turn.
+ *  behind the first and before the last (both, if the path stands still), at the others what opens
+ *  on the outer side of the turn.
  *  Rectangles are sampled along and across in equal steps of at most spacing_m, both ends included;
  *  sectors likewise on rings of equal steps up to radius_m, from the centre outward, each ring from
  *  side to side. So every sample lies in the area, every point of the area has a sample within 0.8

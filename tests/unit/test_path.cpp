@@ -88,8 +88,9 @@ std::vector<Sample> samples_of(const gpom_path_t &path)
         before_rad = heading_rad;
     }
     const gpom_point_t &last = path.points[path.n_points - 1];
-    add_sector(samples, path, {last.x_m, last.y_m}, before_rad - kPi / 2,
-               path.n_points > 1 ? kPi : 2 * kPi, arc_m);
+    const bool stands_still = path.n_points == 1;
+    add_sector(samples, path, {last.x_m, last.y_m}, stands_still ? 0.0 : before_rad - kPi / 2,
+               stands_still ? 2 * kPi : kPi, arc_m);
     return samples;
 }
 
@@ -184,7 +185,7 @@ TEST_CASE("samples cover the swept area")
         const std::vector<Sample> samples = samples_of(path_of(points, radius_m, spacing_m));
         for (std::size_t i = 0; i < samples.size(); ++i) {
             REQUIRE(distance_to_path(samples[i].place, points) <= radius_m + 1e-9);
-            REQUIRE((i == 0 || samples[i].arc_m >= samples[i - 1].arc_m));
+            REQUIRE((i == 0 || samples[i].arc_m >= samples[i - 1].arc_m - 1e-9));
         }
         for (int i = 0; i < 300; ++i) {
             const gpom_point_t &corner =
