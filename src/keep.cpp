@@ -19,6 +19,9 @@ constexpr float kPassSlope = 0.05f;
 /// A free segment is known if another runs by its end nearer than keep_m times this.
 constexpr float kFreeSpacing = 4.0f;
 
+/// A return this many times keep_m away from the next hit stands alone.
+constexpr float kAloneGap = 4.0f;
+
 /// Confirmed hits of different times on a free segment after which it is given up.
 constexpr uint32_t kFreeAgainst = 2;
 
@@ -135,7 +138,6 @@ struct Trial {
     gpom_map &map;
     Box box; ///< Around all its beams, keep_m wider.
     BeamLanes lanes[kVectors];
-    F gap2_m2[kVectors];
 };
 
 bool is_inside(const Box &box, const Point &p)
@@ -151,7 +153,7 @@ bool overlap(const Box &a, const Box &b)
 }
 
 /// Compare a hit with kLanes beams of the group.
-Witnesses witnesses_of(Trial &trial, uint32_t i_vector, const Point &at, bool is_standing)
+Witnesses witnesses_of(const Trial &trial, uint32_t i_vector, const Point &at)
 {
     const float keep_m = trial.map.config.keep_m;
     const BeamLanes &lanes = trial.lanes[i_vector];
@@ -168,18 +170,14 @@ Witnesses witnesses_of(Trial &trial, uint32_t i_vector, const Point &at, bool is
     const F width = lane::min(F(kPassSlope * to_go), lane::splat<F>(kPassWidth * keep_m));
     const auto ends = (lanes.returned > 0.0f) & (gap2 < keep_m * keep_m);
     const auto passes = (lanes.sure > 0.0f) & (along > 0.0f) & (to_go > keep_m) & (across < width);
-    if (is_standing) {
-        F &least = trial.gap2_m2[i_vector];
-        least = lane::select(ends & (gap2 < least), gap2, least);
-    }
     return {bits_of_mask(ends), bits_of_mask(passes)};
 }
 
-Witnesses witnesses_of(Trial &trial, const Point &at, bool is_standing)
+Witnesses witnesses_of(const Trial &trial, const Point &at)
 {
     Witnesses all = {0, 0};
     for (uint32_t v = 0; v < kVectors; ++v) {
-        const Witnesses some = witnesses_of(trial, v, at, is_standing);
+        const Witnesses some = witnesses_of(trial, v, at);
         all.ends |= some.ends << (v * static_cast<uint32_t>(kLanes));
         all.passes |= some.passes << (v * static_cast<uint32_t>(kLanes));
     }
@@ -290,8 +288,8 @@ bool contradict(gpom_map &map, uint32_t slot)
     return false;
 }
 
-/// Let the group's beams speak for or against one kept hit of another scan. Only a hit that stands
-/// makes a beam's return known.
+/// Let the group's beams speak for or against one kept hit; one of their own scan only makes their
+/// returns known.
 void judge_hit(Trial &trial, uint32_t slot)
 {
     gpom_map &map = trial.map;
@@ -302,12 +300,12 @@ void judge_hit(Trial &trial, uint32_t slot)
         return;
     }
     const bool was_provisional = beam.provisional != 0;
-    const Witnesses witnesses = witnesses_of(trial, at, !was_provisional);
+    const Witnesses witnesses = witnesses_of(trial, at);
+    group.known |= witnesses.ends;
     if (beam.id >= map.keeper.scan_first_id) {
         return;
     }
     if (witnesses.ends != 0) {
-        group.known |= witnesses.ends;
         confirm(map, beam);
         if (was_provisional) {
             age_free(map, at);
@@ -414,21 +412,6 @@ void enter_provisional(gpom_map &map, uint32_t slot)
     ++keeper.n_provisional;
 }
 
-/// True if a beam of the group that was kept already ends where this one does.
-bool repeats_group(const gpom_map &map, uint32_t i_beam, uint32_t kept)
-{
-    const Group &group = map.keeper.group;
-    const Point end = end_of(group.beams[i_beam]);
-    for (uint32_t j = 0; j < i_beam; ++j) {
-        const bool is_near =
-            distance2(end, end_of(group.beams[j])) < map.config.keep_m * map.config.keep_m;
-        if ((kept >> j & 1u) != 0 && is_near) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /// Squared distance to what is known that makes a beam new.
 float spacing2_of(const gpom_map &map, const Beam &beam)
 {
@@ -437,31 +420,40 @@ float spacing2_of(const gpom_map &map, const Beam &beam)
     return spacing_m * spacing_m;
 }
 
-/// Decide about beam i of the group. True if it was kept.
-bool decide(gpom_map &map, uint32_t i_beam, uint32_t kept)
+/// True if a new return is at odds with free segments. Next to hits it is not asked: that is where
+/// surfaces go on.
+bool is_at_odds(gpom_map &map, const Beam &beam, float gap2_m2)
+{
+    const float alone_m = kAloneGap * map.config.keep_m;
+    return map.config.clear_scans > 0 && gap2_m2 > alone_m * alone_m &&
+           is_known_free(map, end_of(beam));
+}
+
+/// Decide about beam i of the group.
+void decide(gpom_map &map, uint32_t i_beam)
 {
     Group &group = map.keeper.group;
     Beam &beam = group.beams[i_beam];
     const uint32_t bit = 1u << i_beam;
-    if (beam.returned == 0) {
-        group.gap2_m2[i_beam] = gap2_of(map, beam, kIdEnd);
-    }
-    const bool is_known = (group.known & bit) != 0 ||
-                          group.gap2_m2[i_beam] < spacing2_of(map, beam) ||
-                          repeats_group(map, i_beam, kept);
     const bool clears = (group.clearing & bit) != 0;
     if ((group.against & bit) != 0 && !clears) {
         ++map.stats.beams_contradicting;
-        return false;
+        return;
     }
-    if (is_known && !clears) {
+    if ((group.known & bit) != 0 && !clears) {
         ++map.stats.beams_known;
-        return false;
+        return;
     }
-    if (beam.returned != 0 && !is_known && (group.sure & bit) != 0 && map.config.clear_scans > 0) {
-        beam.provisional = is_known_free(map, end_of(beam)) ? 1 : 0;
+    const float gap2_m2 = gap2_of(map, beam, kIdEnd);
+    const bool is_new = gap2_m2 >= spacing2_of(map, beam);
+    if (!is_new && !clears) {
+        ++map.stats.beams_known;
+        return;
     }
-    return keep(map, beam, group.gap2_m2[i_beam]) != kNoSlot;
+    if (is_new && beam.returned != 0 && (group.sure & bit) != 0) {
+        beam.provisional = is_at_odds(map, beam, gap2_m2) ? 1 : 0;
+    }
+    keep(map, beam, gap2_m2);
 }
 
 Box box_around(const Group &group, float reach_m)
@@ -482,10 +474,9 @@ Box box_around(const Group &group, float reach_m)
 void judge(gpom_map &map)
 {
     Group &group = map.keeper.group;
-    Trial trial = {map, box_around(group, map.config.keep_m), {}, {}};
+    Trial trial = {map, box_around(group, map.config.keep_m), {}};
     for (uint32_t v = 0; v < kVectors; ++v) {
         trial.lanes[v] = lanes_of(group, v);
-        trial.gap2_m2[v] = lane::splat<F>(kNoDistance2);
     }
     const auto touches_any = [&](const Box &box) {
         if (!overlap(box, trial.box)) {
@@ -500,10 +491,6 @@ void judge(gpom_map &map)
     };
     walk(map.index, map.index.hit_part, map.keeper.stack, touches_any,
          [&](uint32_t slot) { judge_hit(trial, slot); });
-    for (uint32_t i = 0; i < group.n; ++i) {
-        group.gap2_m2[i] = lane::get(trial.gap2_m2[i / static_cast<uint32_t>(kLanes)],
-                                     static_cast<int>(i % static_cast<uint32_t>(kLanes)));
-    }
 }
 
 } // namespace
@@ -559,9 +546,8 @@ void settle(gpom_map &map)
     group.against = 0;
     group.clearing = 0;
     judge(map);
-    uint32_t kept = 0;
     for (uint32_t i = 0; i < group.n; ++i) {
-        kept |= (decide(map, i, kept) ? 1u : 0u) << i;
+        decide(map, i);
     }
     group.n = 0;
     group.sure = 0;

@@ -24,10 +24,9 @@ constexpr uint32_t kGroup = GPOM_LANES_MAX;
 /// New beams of one scan, waiting for their group to be complete.
 struct Group {
     Beam beams[kGroup];
-    float gap2_m2[kGroup]; ///< Squared distance to the nearest kept hit, or free segment.
     uint32_t n;
     uint32_t sure;     ///< Bit i: its place is known well enough to speak against others.
-    uint32_t known;    ///< Bit i: its return confirms a kept hit.
+    uint32_t known;    ///< Bit i: it ends at a kept hit.
     uint32_t against;  ///< Bit i: it runs past a kept hit that stands all the same.
     uint32_t clearing; ///< Bit i: it is the last of those that cleared a hit.
 };
