@@ -78,4 +78,10 @@ struct FreePart {
     static bool is_seen(const Beam &beam) { return beam.has_free != 0; }
 };
 
+/// Where a beam speaks: its return, or the far end of its free segment.
+inline Point end_of(const Beam &beam)
+{
+    return {beam.x_m + beam.range_m * beam.dir_x, beam.y_m + beam.range_m * beam.dir_y};
+}
+
 } // namespace gpom

@@ -105,6 +105,42 @@ void for_each_recent(const Index &index, const KdTree &tree, const Visit &visit)
 inline const KdTree &tree_of(const Index &index, const HitPart &) { return index.hit_tree; }
 inline const KdTree &tree_of(const Index &index, const FreePart &) { return index.free_tree; }
 
+/// Visit the slots of a kind that may satisfy touches(box): those of the tree's boxes that do, and
+/// the recent ones. Visited slots hold a beam with this part.
+template <class Part, class Touches, class Visit>
+void walk(const Index &index, const Part &part, Subtree *stack, const Touches &touches,
+          const Visit &visit)
+{
+    const KdTree &tree = tree_of(index, part);
+    const auto visit_member = [&](uint32_t slot) {
+        if (Part::is_in(index.beams[slot])) {
+            visit(slot);
+        }
+    };
+    for_each_recent(index, tree, visit_member);
+    uint32_t depth = 0;
+    if (tree.n_items > 0) {
+        stack[depth++] = {0, 0, leaf_count(tree.n_items)};
+    }
+    while (depth > 0) {
+        const Subtree t = stack[--depth];
+        if (!touches(tree.boxes[t.node])) {
+            continue;
+        }
+        if (t.n_leaves > 1) {
+            stack[depth++] = right_of(t);
+            stack[depth++] = left_of(t);
+            continue;
+        }
+        const Stretch slots = slots_of(tree, t);
+        for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
+            if (index.beams[tree.slots[i]].id < tree.id_end) {
+                visit_member(tree.slots[i]);
+            }
+        }
+    }
+}
+
 /// The k nearest parts of one kind among all beams. `stack` has kDepthMax entries.
 template <class F, class Part>
 void search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const Part &part,
