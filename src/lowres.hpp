@@ -115,8 +115,9 @@ inline void lowres_count_change(Lowres &lowres)
 }
 
 /// Mark the cells whose centre is within reach_m of a beam that came or went: from its sensor to
-/// its hit, relative to the map's origin; for rounding also those at most 4e-6 farther of the
-/// distance that beam and raster span together. O(rows that it crosses + cells marked).
+/// its hit, relative to the map's origin; about its ends some within sqrt(2) reach_m, too, and for
+/// rounding those at most 4e-6 farther of the distance that beam and raster span together.
+/// O(rows that it crosses + cells in reach).
 void lowres_mark_segment(Lowres &lowres, Point from, Point to, float reach_m);
 
 /// Mark the cells whose centre lies in a box, widened by reach_m.
@@ -196,38 +197,76 @@ inline bool has_dirty_cells(const Lowres &lowres)
 void begin_change(Lowres &lowres);
 void end_change(Lowres &lowres);
 
-/// Part of a row of a window, counted from its corner: columns [first, end) of row ky.
-struct RowSpan {
-    uint32_t ky, first, end;
-};
-
-/// The rows of a window that a shape crosses, one at a time.
-struct RowRange {
+/// Columns or rows of a window from its corner: [first, end).
+struct Span {
     uint32_t first, end;
 };
 
-/// A beam, widened by a reach, in cells from the window's corner (a stadium).
-struct Capsule {
-    float u0, v0, u1, v1;
-    float dir_u, dir_v, length;
-    float radius;
+/// The cells near a stretch, in cells from the window's corner: a strip along it, cut to the box
+/// that bounds all within its radius. That is all cells within the radius, and about the ends some
+/// within sqrt(2) radii. Columns of row v: |u - (offset + slope v)| <= half_width.
+struct Strip {
+    float u_min, u_max, v_min, v_max;
+    float offset, slope, half_width;
 };
 
-Capsule capsule_of(const Lowres &lowres, const Window &w, Point from, Point to, float reach_m);
-RowRange rows_of(const Window &w, const Capsule &capsule);
-RowSpan span_of(const Window &w, const Capsule &capsule, uint32_t ky);
+Strip strip_of(const Lowres &lowres, const Window &w, Point from, Point to, float radius_m);
 
-/// Call visit(cell) for the cells of a span.
-template <class Visit>
-inline void for_cells(Cell *cells, const Window &w, const RowSpan &span, Visit visit)
+/// Numbers of the n cells whose centres k + 0.5 lie in [low, high].
+inline Span centres_between(float low, float high, uint32_t n)
 {
-    Cell *const row =
-        cells + static_cast<size_t>(wrap_index(w.iy0 + static_cast<int32_t>(span.ky), w.ny)) * w.nx;
-    uint32_t column = wrap_index(w.ix0 + static_cast<int32_t>(span.first), w.nx);
-    for (uint32_t kx = span.first; kx < span.end; ++kx) {
-        visit(row[column]);
-        column = column + 1 == w.nx ? 0 : column + 1;
+    const float n_cells = static_cast<float>(n);
+    uint32_t first = 0;
+    if (low > 0.5f) {
+        first = low < n_cells ? static_cast<uint32_t>(low - 0.5f) : n;
+        first += first < n && static_cast<float>(first) + 0.5f < low ? 1u : 0u;
     }
+    uint32_t end = 0;
+    if (high >= 0.5f) {
+        end = high < n_cells ? static_cast<uint32_t>(high - 0.5f) + 1 : n;
+    }
+    return {first, end > first ? end : first};
+}
+
+/// Columns of row ky in a strip.
+inline Span columns_of(const Strip &strip, uint32_t ky, uint32_t nx)
+{
+    const float middle = strip.offset + strip.slope * (static_cast<float>(ky) + 0.5f);
+    const float low = middle - strip.half_width;
+    const float high = middle + strip.half_width;
+    return centres_between(low > strip.u_min ? low : strip.u_min,
+                           high < strip.u_max ? high : strip.u_max, nx);
+}
+
+/// Call visit(cell) for the given columns of each of the given rows.
+template <class Columns, class Visit>
+inline void for_cells(Cell *cells, const Window &w, Span rows, Columns columns_of_row, Visit visit)
+{
+    if (w.nx == 0) {
+        return;
+    }
+    const uint32_t row0 = wrap_index(w.iy0, w.ny);
+    const uint32_t column0 = wrap_index(w.ix0, w.nx);
+    for (uint32_t ky = rows.first; ky < rows.end; ++ky) {
+        const Span columns = columns_of_row(ky);
+        const uint32_t row = row0 + ky < w.ny ? row0 + ky : row0 + ky - w.ny;
+        uint32_t column = column0 + columns.first;
+        column = column < w.nx ? column : column - w.nx;
+        Cell *const first = cells + static_cast<size_t>(row) * w.nx;
+        for (uint32_t kx = columns.first; kx < columns.end; ++kx) {
+            visit(first[column]);
+            column = column + 1 == w.nx ? 0 : column + 1;
+        }
+    }
+}
+
+/// The cells of a strip.
+template <class Visit> inline void for_strip(Layer &layer, const Strip &strip, Visit visit)
+{
+    const Window &w = layer.window;
+    for_cells(
+        layer.cells, w, centres_between(strip.v_min, strip.v_max, w.ny),
+        [&strip, &w](uint32_t ky) { return columns_of(strip, ky, w.nx); }, visit);
 }
 
 /// A cell becomes unknown and dirty, or outside.

@@ -89,20 +89,16 @@ void admit_stretch(Lowres &lowres, const gpom_point_t &from, const gpom_point_t 
                    float half_width_m)
 {
     Layer &layer = lowres.layers[GPOM_LAYER_FOCUS];
-    const Window &w = layer.window;
-    const Capsule capsule =
-        capsule_of(lowres, w, relative(lowres, from), relative(lowres, to), half_width_m);
-    const RowRange rows = rows_of(w, capsule);
+    const Strip strip =
+        strip_of(lowres, layer.window, relative(lowres, from), relative(lowres, to), half_width_m);
     uint32_t n_dirty = load(layer.n_dirty);
-    for (uint32_t ky = rows.first; ky < rows.end; ++ky) {
-        for_cells(layer.cells, w, span_of(w, capsule, ky), [&n_dirty](Cell &cell) {
-            const uint32_t value = load(cell.value);
-            if ((value & kOutside) != 0) {
-                store(cell.value, (value & ~kOutside) | kDirty);
-                ++n_dirty;
-            }
-        });
-    }
+    for_strip(layer, strip, [&n_dirty](Cell &cell) {
+        const uint32_t value = load(cell.value);
+        if ((value & kOutside) != 0) {
+            store(cell.value, (value & ~kOutside) | kDirty);
+            ++n_dirty;
+        }
+    });
     store(layer.n_dirty, n_dirty);
 }
 

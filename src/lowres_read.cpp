@@ -50,10 +50,10 @@ gpom_cell_t read_cell(const Cell &cell)
 
 void copy_cells(const Layer &layer, const Window &w, gpom_cell_t *cells)
 {
-    for (uint32_t ky = 0; ky < w.ny; ++ky) {
-        const RowSpan row = {ky, 0, w.nx};
-        for_cells(layer.cells, w, row, [&cells](const Cell &cell) { *cells++ = read_cell(cell); });
-    }
+    const Span columns = {0, w.nx};
+    for_cells(
+        layer.cells, w, {0, w.ny}, [&columns](uint32_t) { return columns; },
+        [&cells](const Cell &cell) { *cells++ = read_cell(cell); });
 }
 
 bool is_layer(uint32_t layer) { return layer == GPOM_LAYER_COARSE || layer == GPOM_LAYER_FOCUS; }

@@ -114,8 +114,9 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_at(const gpom_map_t *map, uint
 /** Look closer along a path: the focus layer becomes the raster over the bounding box of all that
  *  is within half_width_m of the polyline, with cells of cell_m, or of the smallest 2^k cell_m
  *  whose raster fits focus_cell_max; its corner at a whole multiple of that in the map frame. Only
- *  cells whose centre lies in the band are evaluated, the others stay unknown. What the layer held
- *  is dropped: call it when the path changes, not each time it is driven.
+ *  cells whose centre lies in the band, or about its corners within sqrt(2) half_width_m, are
+ *  evaluated; the others stay unknown. What the layer held is dropped: call it when the path
+ *  changes, not each time it is driven.
  *
  *  points  n_points >= 1 points, read during the call only; 0 (NULL allowed): end the focus.
  *  Errors  GPOM_ERR_ARG (null; half_width_m not in 0 .. GPOM_REACH_M; cell_m not in 1e-3 .. 1e6),
