@@ -1,6 +1,6 @@
 #include "gpom/params.h"
 
-#include "src/crc32.hpp"
+#include "gpom/crc32.h"
 
 #include <string.h>
 
@@ -67,7 +67,7 @@ const char *problem_of_record(const uint8_t *record, size_t record_bytes)
         return "version: not one this library knows";
     }
     const uint8_t *crc_at = record + GPOM_PARAMS_RECORD_BYTES - 4;
-    if (take(crc_at, 4) != gpom::crc32(record, GPOM_PARAMS_RECORD_BYTES - 4)) {
+    if (take(crc_at, 4) != gpom_crc32(record, GPOM_PARAMS_RECORD_BYTES - 4)) {
         return "crc: does not fit the record, which is damaged";
     }
     return nullptr;
@@ -114,7 +114,7 @@ gpom_status_t gpom_params_save(const gpom_params_t *params, uint8_t *record)
         memcpy(&bits, &(params->*field), sizeof bits);
         put(to, bits, 4);
     }
-    put(to, gpom::crc32(record, GPOM_PARAMS_RECORD_BYTES - 4), 4);
+    put(to, gpom_crc32(record, GPOM_PARAMS_RECORD_BYTES - 4), 4);
     return GPOM_OK;
 }
 
