@@ -50,6 +50,9 @@ gpom_status_t check_config(const gpom_config_t *config)
     if (!keep_ok) {
         return GPOM_ERR_ARG;
     }
+    if (config->rebase_m > 0.0f && config->params.frame == GPOM_FRAME_MAP) {
+        return GPOM_ERR_ARG; // answers would depend on where the origin is
+    }
     if (!is_finite(config->origin_x_m) || !is_finite(config->origin_y_m)) {
         return GPOM_ERR_ARG;
     }

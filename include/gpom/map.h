@@ -41,7 +41,8 @@ typedef struct {
     float old_s;           /**< When full, a beam this old is worth half; >= 0 [s]. Default 0: age
                                 does not count. */
     float rebase_m;        /**< The origin moves to the robot, by whole metres, when that is farther
-                                away; 0 .. GPOM_REACH_M / 2 [m]. Default 0: it stays. */
+                                away; 0 .. GPOM_REACH_M / 2 [m]; 0 in frame "map". Default 0: it
+                                stays. */
     double origin_x_m;    /**< Map frame's east of the origin [m]; beams are kept relative to it. */
     double origin_y_m;    /**< Map frame's north of the origin [m]. Defaults 0, 0. */
     gpom_params_t params; /**< Hyperparameters, copied. Default gpom_params_init(). */
