@@ -10,9 +10,9 @@ namespace
 {
 
 /// A beam speaks against a hit that it passes nearer than keep_m times this, and nearer than this
-/// share of the way it still has to go: beams that graze a wall run along it before they end there.
-/// Leaves and fences let beams through a hand's breadth beside a hit that will be hit again, so that
-/// wider margins cost accuracy outdoors (DESIGN.md).
+/// share of the way it still has to go: beams that graze a wall run along it before they end
+/// there. Leaves and fences let beams through a hand's breadth beside a hit that will be hit again,
+/// so that wider margins cost accuracy outdoors (DESIGN.md).
 constexpr float kPassWidth = 0.15f;
 constexpr float kPassSlope = 0.05f;
 
@@ -220,16 +220,21 @@ bool speaks_against_free(gpom_map &map, const Point &at)
     const float reach_m = kPassWidth * map.config.keep_m;
     bool any_stands = false;
     walk(
-        map.index, map.index.free_part, map.keeper.stack,
+        map.index, map.index.free_part, map.keeper.free_stack,
         [&](const Box &box) { return box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m; },
         [&](uint32_t slot) { any_stands |= stands_against(map, slot, at); });
     return any_stands;
 }
 
-/// A scan of another time saw the hit again: one count more, and whoever saw through it erred.
+/// A scan saw the hit again: one count more if at another time, and whoever saw through it erred.
+/// One that is provisional goes on waiting if the time is its own.
 void confirm(gpom_map &map, Beam &beam)
 {
     const uint16_t time = map.keeper.time_mark;
+    const bool is_own_time = beam.stamp_ms == map.keeper.stamp_ms && beam.hit_time == time;
+    if (beam.provisional != 0 && is_own_time) {
+        return;
+    }
     const bool counted = beam.hit_against == 0 && beam.hit_time == time;
     if (beam.provisional == 0 && !counted && beam.agreed < kAgreedMax) {
         beam.agreed = (beam.agreed + 1u) & kAgreedMax;
@@ -239,10 +244,10 @@ void confirm(gpom_map &map, Beam &beam)
     beam.hit_time = time & 3u;
 }
 
-/// A scan saw through a hit: the first in a row takes one count, the next two, four, eight, so that
-/// five in a row outweigh any number that saw it before. True if it is gone: the counts are used up
-/// and enough scans were in the row. One that is provisional goes at once; one that was confirmed at
-/// this very time stays as it is.
+/// A scan saw through a hit: the first in a row takes one count, the next two, four, eight, so
+/// that five in a row outweigh any number that saw it before. True if it is gone: the counts are
+/// used up and enough scans were in the row. One that is provisional goes at once; one that was
+/// confirmed at this very time stays as it is.
 bool contradict(gpom_map &map, uint32_t slot)
 {
     Beam &beam = map.index.beams[slot];
@@ -286,7 +291,7 @@ void judge_hit(Trial &trial, uint32_t slot)
     if (witnesses.ends != 0) {
         group.known |= witnesses.ends;
         confirm(map, beam);
-        if (was_provisional) {
+        if (was_provisional && beam.provisional == 0) {
             speaks_against_free(map, at);
         }
     } else if (witnesses.passes != 0 && map.config.clear_scans > 0) {
@@ -311,7 +316,7 @@ float gap2_of(gpom_map &map, const Part &part, const Point &at, uint32_t own_id)
     int32_t id[2], slot[2];
     NearestK<float> nearest = {d2, id, slot, 2};
     nearest.clear();
-    search(nearest, {at.x_m, at.y_m}, map.index, part, map.keeper.stack);
+    search(nearest, {at.x_m, at.y_m}, map.index, part, map.keeper.hit_stack);
     return id[0] == static_cast<int32_t>(own_id) ? d2[1] : d2[0];
 }
 
@@ -337,7 +342,9 @@ float usefulness(gpom_map &map, const Beam &beam)
         discount += far2 / (map.config.far_m * map.config.far_m);
     }
     if (map.config.old_s > 0.0f) {
-        const float age_s = 1e-3f * static_cast<float>(map.keeper.stamp_ms - beam.stamp_ms);
+        const uint32_t now_ms = map.keeper.stamp_ms; // a clock may step back
+        const uint32_t age_ms = now_ms > beam.stamp_ms ? now_ms - beam.stamp_ms : 0;
+        const float age_s = 1e-3f * static_cast<float>(age_ms);
         discount += age_s / map.config.old_s;
     }
     return gap2_of(map, beam, beam.id) / discount;
@@ -379,27 +386,27 @@ bool make_room(gpom_map &map, float worth)
 void enter_provisional(gpom_map &map, uint32_t slot)
 {
     Keeper &keeper = map.keeper;
-    uint32_t &entry = keeper.provisional[keeper.n_provisional % keeper.provisional_max];
+    Waiting &entry = keeper.provisional[keeper.n_provisional % keeper.provisional_max];
     if (keeper.n_provisional >= keeper.provisional_max) {
-        const Beam &oldest = map.index.beams[entry];
-        if (oldest.has_hit != 0 && oldest.provisional != 0) {
-            remove_beam(map.index, entry);
+        const Beam &oldest = map.index.beams[entry.slot];
+        if (oldest.id == entry.id && oldest.has_hit != 0 && oldest.provisional != 0) {
+            remove_beam(map.index, entry.slot);
             ++map.stats.beams_not_confirmed;
         }
     }
-    entry = slot;
+    entry = {slot, map.index.beams[slot].id};
     ++keeper.n_provisional;
 }
 
-/// True if a beam of the group that was kept already ends where this one does.
+/// True if a return of the group that was kept already is where this one is.
 bool repeats_group(const gpom_map &map, uint32_t i_beam, uint32_t kept)
 {
     const Group &group = map.keeper.group;
+    const float keep2_m2 = map.config.keep_m * map.config.keep_m;
     const Point end = end_of(group.beams[i_beam]);
     for (uint32_t j = 0; j < i_beam; ++j) {
-        const bool is_near =
-            distance2(end, end_of(group.beams[j])) < map.config.keep_m * map.config.keep_m;
-        if ((kept >> j & 1u) != 0 && is_near) {
+        const bool is_kept_return = (kept >> j & 1u) != 0 && group.beams[j].returned != 0;
+        if (is_kept_return && distance2(end, end_of(group.beams[j])) < keep2_m2) {
             return true;
         }
     }
@@ -425,7 +432,7 @@ bool decide(gpom_map &map, uint32_t i_beam, uint32_t kept)
     }
     const bool is_known = (group.known & bit) != 0 ||
                           group.gap2_m2[i_beam] < spacing2_of(map, beam) ||
-                          repeats_group(map, i_beam, kept);
+                          (beam.returned != 0 && repeats_group(map, i_beam, kept));
     const bool clears = (group.clearing & bit) != 0;
     if ((group.against & bit) != 0 && !clears) {
         ++map.stats.beams_contradicting;
@@ -475,7 +482,7 @@ void judge(gpom_map &map)
         }
         return false;
     };
-    walk(map.index, map.index.hit_part, map.keeper.stack, touches_any,
+    walk(map.index, map.index.hit_part, map.keeper.hit_stack, touches_any,
          [&](uint32_t slot) { judge_hit(trial, slot); });
     for (uint32_t i = 0; i < group.n; ++i) {
         group.gap2_m2[i] = lane::get(trial.gap2_m2[i / static_cast<uint32_t>(kLanes)],
@@ -501,6 +508,12 @@ uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2)
     }
     ++(beam.returned != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
     return slot;
+}
+
+void forget_all(Keeper &keeper)
+{
+    keeper.n_provisional = 0;
+    keeper.hand = 0;
 }
 
 void settle(gpom_map &map)

@@ -47,7 +47,7 @@ constexpr MapLayout map_layout(uint32_t beam_max)
     }
     layout.recent = end;
     layout.provisional = end + align8(recent_capacity(beam_max) * sizeof(uint32_t));
-    layout.total = layout.provisional + align8(provisional_capacity(beam_max) * sizeof(uint32_t));
+    layout.total = layout.provisional + align8(provisional_capacity(beam_max) * sizeof(Waiting));
     return layout;
 }
 
