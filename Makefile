@@ -96,7 +96,7 @@ lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the l
 
 tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
 
-results: tools ## Judge all methods on all logs of DATA and on streets: RESULTS.md (minutes)
+results: tools build/setup/results ## Judge all methods, logs of DATA, streets: RESULTS.md (minutes)
 	$(Q)$(BUILD)/gpom-results --build $(BUILD) --data $(DATA) --out RESULTS.md
 
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
@@ -147,7 +147,8 @@ unit: $(BUILD)/unit_tests
 
 firmware-image: $(BUILD)/gpom_demo.elf build/host-release/libicount.so
 
-build/setup/%: tools/setup tools/requirements.txt
+build/setup/results: build/setup/python
+build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt
 	$(Q)tools/setup $*
 
 # Objects are made again when a flag changes, not only when a file does.
