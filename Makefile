@@ -114,7 +114,7 @@ lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the l
 
 tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
 
-results: tools ## Judge all methods on all logs of DATA and on streets: RESULTS.md (minutes)
+results: tools build/setup/results ## Judge all methods, logs of DATA, streets: RESULTS.md (minutes)
 	$(Q)$(BUILD)/gpom-results --build $(BUILD) --data $(DATA) --out RESULTS.md
 
 codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS= for firmware)
@@ -180,7 +180,8 @@ codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 
 firmware-image: $(BUILD)/gpom_demo.elf $(BUILD)/libgpom_codec.a build/host-release/libicount.so
 
-build/setup/%: tools/setup tools/requirements.txt
+build/setup/results: build/setup/python
+build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt
 	$(Q)tools/setup $*
 
 # Objects are made again when a flag changes, not only when a file does.

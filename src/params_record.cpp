@@ -8,7 +8,7 @@ namespace
 {
 
 constexpr uint32_t kMagic = 0x504d5047; // "GPMP" in the order of the bytes
-constexpr uint16_t kVersion = 1;
+constexpr uint16_t kVersion = 2;        // 1 knew no fade_m
 
 /// The float fields in the record's order, which never changes within a version.
 constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
@@ -28,14 +28,16 @@ constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
                                              &gpom_params_t::log_hit_first,
                                              &gpom_params_t::log_hit_last,
                                              &gpom_params_t::log_free_first,
-                                             &gpom_params_t::log_free_last};
+                                             &gpom_params_t::log_free_last,
+                                             &gpom_params_t::fade_m};
 constexpr uint16_t gpom_params_t::*kCounts[] = {&gpom_params_t::n_hits, &gpom_params_t::n_free,
                                                 &gpom_params_t::scan_points_max};
 
 // magic, version, kernel, frame, counts, floats, CRC
-constexpr size_t kFloatsAt = 4 + 2 + 1 + 1 + 2 * 3;
-static_assert(kFloatsAt + 4 * 18 + 4 == GPOM_PARAMS_RECORD_BYTES, "the header says another size");
-static_assert(sizeof kFloats / sizeof kFloats[0] == 18, "a field is missing");
+constexpr size_t kHeadBytes = 4 + 2;
+constexpr size_t kFloatsAt = kHeadBytes + 1 + 1 + 2 * 3;
+static_assert(kFloatsAt + 4 * 19 + 4 == GPOM_PARAMS_RECORD_BYTES, "the header says another size");
+static_assert(sizeof kFloats / sizeof kFloats[0] == 19, "a field is missing");
 
 /// Little-endian, whatever the processor.
 void put(uint8_t *&to, uint32_t value, int n_bytes)
@@ -56,8 +58,9 @@ uint32_t take(const uint8_t *&from, int n_bytes)
 
 const char *problem_of_record(const uint8_t *record, size_t record_bytes)
 {
-    if (record_bytes != GPOM_PARAMS_RECORD_BYTES) {
-        return "record: not of GPOM_PARAMS_RECORD_BYTES";
+    constexpr const char *kWrongSize = "record: not of GPOM_PARAMS_RECORD_BYTES";
+    if (record_bytes < kHeadBytes) {
+        return kWrongSize;
     }
     const uint8_t *at = record;
     if (take(at, 4) != kMagic) {
@@ -65,6 +68,9 @@ const char *problem_of_record(const uint8_t *record, size_t record_bytes)
     }
     if (take(at, 2) != kVersion) {
         return "version: not one this library knows";
+    }
+    if (record_bytes != GPOM_PARAMS_RECORD_BYTES) {
+        return kWrongSize;
     }
     const uint8_t *crc_at = record + GPOM_PARAMS_RECORD_BYTES - 4;
     if (take(crc_at, 4) != gpom_crc32(record, GPOM_PARAMS_RECORD_BYTES - 4)) {
@@ -77,7 +83,7 @@ gpom_params_t unpack(const uint8_t *record)
 {
     gpom_params_t params;
     gpom_params_init(&params);
-    const uint8_t *at = record + 6;
+    const uint8_t *at = record + kHeadBytes;
     params.kernel = static_cast<int32_t>(take(at, 1));
     params.frame = static_cast<int32_t>(take(at, 1));
     for (const auto field : kCounts) {
