@@ -211,13 +211,17 @@ Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, dou
     return beam;
 }
 
-/// Whole milliseconds from `first_us` to `stamp_us`, held within what 32 bits can tell (49 days).
+/// Whole milliseconds from `first_us` to `stamp_us`, held within what 32 bits can tell (49 days). In
+/// integers: 64 bits to double is software on any Cortex-M.
 uint32_t milliseconds_between(int64_t first_us, int64_t stamp_us)
 {
-    const double difference_ms =
-        1e-3 * (static_cast<double>(stamp_us) - static_cast<double>(first_us));
-    return static_cast<uint32_t>(
-        difference_ms > 0.0 ? (difference_ms < 4294967295.0 ? difference_ms : 4294967295.0) : 0.0);
+    if (stamp_us <= first_us) {
+        return 0;
+    }
+    const uint64_t difference_us =
+        static_cast<uint64_t>(stamp_us) - static_cast<uint64_t>(first_us); // cannot overflow
+    const uint64_t difference_ms = difference_us / 1000u;
+    return static_cast<uint32_t>(difference_ms < UINT32_MAX ? difference_ms : UINT32_MAX);
 }
 
 /// Hand all usable readings to those that choose what is kept.
