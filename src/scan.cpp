@@ -211,8 +211,8 @@ Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, dou
     return beam;
 }
 
-/// Whole milliseconds from `first_us` to `stamp_us`, held within what 32 bits can tell (49 days). In
-/// integers: 64 bits to double is software on any Cortex-M.
+/// Whole milliseconds from `first_us` to `stamp_us`, held within what 32 bits can tell (49 days).
+/// In integers: 64 bits to double is software on any Cortex-M.
 uint32_t milliseconds_between(int64_t first_us, int64_t stamp_us)
 {
     if (stamp_us <= first_us) {
