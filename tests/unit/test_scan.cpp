@@ -168,6 +168,28 @@ TEST_CASE("beams read back as they were inserted, for any mount")
     CHECK(worst_dir <= 2e-7);
 }
 
+// Stamps may be anything: beams tell theirs to a millisecond, held within 49 days from the first.
+TEST_CASE("beams keep stamps of any size within 49 days of the first")
+{
+    constexpr std::int64_t kLow = INT64_MIN, kHigh = INT64_MAX, kMost = INT64_C(4294967295000);
+    const std::int64_t table[][3] = {{0, 1999, 1000},
+                                     {0, -5, 0},
+                                     {kLow, kHigh, kLow + kMost},
+                                     {kHigh, kLow, kHigh},
+                                     {kHigh - 2500, kHigh, kHigh - 500},
+                                     {0, kMost + 9999, kMost}};
+    for (const auto &row : table) {
+        TestMap map(map_config());
+        TestScan s = single(3.0f);
+        s.stamp_us = row[0];
+        REQUIRE(s.insert_into(map.get()) == GPOM_OK);
+        s.stamp_us = row[1];
+        REQUIRE(s.insert_into(map.get()) == GPOM_OK);
+        CHECK(map.beams()[0].stamp_us == row[0]);
+        CHECK(map.beams()[1].stamp_us == row[2]);
+    }
+}
+
 // Masked bearings are ignored and counted, both ends included, also across pi and for whole turns
 // more.
 TEST_CASE("masks remove their bearings, also across pi")
