@@ -86,6 +86,7 @@ uint32_t run_phase(Index &index, uint32_t budget)
 
 void forget_all(Index &index)
 {
+    ++index.n_forgotten;
     index.n_slots = 0;
     index.n_beams = 0;
     index.first_free = kNoSlot;

@@ -2,7 +2,8 @@
  *  Everything: include this one.
  *
  *  Scans with poses go in (scan.h), answers at any point come out (query.h); the map (map.h) lives
- *  in the caller's memory and is shaped by hyperparameters (params.h). */
+ *  in the caller's memory and is shaped by hyperparameters (params.h). A snapshot (snapshot.h) lets
+ *  it outlive a loss of power. */
 #ifndef GPOM_GPOM_H
 #define GPOM_GPOM_H
 
@@ -10,6 +11,7 @@
 #include "gpom/params.h"
 #include "gpom/query.h"
 #include "gpom/scan.h"
+#include "gpom/snapshot.h"
 #include "gpom/status.h"
 
 #endif
