@@ -15,7 +15,8 @@ DATA   ?= ../shared/data
 V      ?=
 SKIP_BASE ?=
 comma  := ,
-SAN    ?= $(if $(filter sanitize,$(CONFIG)),address$(comma)undefined)
+SAN    ?= $(if $(filter sanitize,$(CONFIG)),address$(comma)undefined)$(if \
+          $(filter thread,$(CONFIG)),thread)
 EIGEN  ?= /usr/include/eigen3
 
 ifeq ($(origin CC),default) # ?= would not override make's built-in value
@@ -48,9 +49,10 @@ MODE_arm  := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-un
 endif
 MODE_release  := -O2 -g -fPIC -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0
 MODE_sanitize := -O1 -g -fPIC -DGPOM_ASSERTS=1 -fno-omit-frame-pointer
+MODE_thread   := -O1 -g -fPIC -DGPOM_ASSERTS=1
 MODE_debug    := -O0 -g -fPIC -DGPOM_ASSERTS=1
 MODE := $(or $(MODE_$(if $(CROSS),arm,$(CONFIG))),\
-             $(error CONFIG=$(CONFIG) is unknown; use release, sanitize or debug))
+             $(error CONFIG=$(CONFIG) is unknown; use release, sanitize, thread or debug))
 MODE += $(if $(SAN),-fsanitize=$(SAN) -fno-sanitize-recover=all)
 
 # What the firmware image maps: a street, a preset and 100 points; tests ask gpom-query the same.
@@ -79,6 +81,7 @@ TOOL_SRC  := $(wildcard tools/gpom_*.cpp)
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
 TEST_OBJ  := $(call objects,$(wildcard tests/unit/*.cpp tests/property/*.cpp))
+TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
 TOOLS     := $(subst _,-,$(TOOL_SRC:tools/%.cpp=$(BUILD)/%))
@@ -107,6 +110,7 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 
 test-all: $(if $(SKIP_BASE),,test-programs) build/setup/lint firmware ## Run `test`, firmware, lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
+	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
 lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
@@ -132,7 +136,7 @@ distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools demo results test test-all lint format check-symbols firmware \
-        test-firmware clean distclean test-programs unit firmware-image FORCE
+        test-firmware clean distclean test-programs unit tsan firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -145,6 +149,8 @@ test-programs: lib tools unit $(BUILD)/api_c99 build/setup/python
 
 unit: $(BUILD)/unit_tests
 
+tsan: $(BUILD)/tsan_tests
+
 firmware-image: $(BUILD)/gpom_demo.elf build/host-release/libicount.so
 
 build/setup/%: tools/setup tools/requirements.txt
@@ -156,7 +162,7 @@ $(BUILD)/flags: FORCE
 	@echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' | cmp -s - $@ || \
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
-$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(C99_OBJ) $(PORT_OBJ): \
+$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(PORT_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),firmware,base)
 $(TEST_OBJ): | build/setup/test
 
@@ -168,7 +174,7 @@ endef
 
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS))
-$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ): $(BUILD)/obj/%.o: %.cpp
+$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
@@ -198,6 +204,9 @@ $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
+$(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^
 
 $(STREET)/street.h: tools/street_header.py tools/params/street.toml tests/firmware/points.csv
 	$(Q)$(MAKE) CROSS= CPU= CONFIG=release build/host-release/gpom-sim

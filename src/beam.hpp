@@ -26,7 +26,7 @@ struct Beam {
     uint16_t provisional : 1;  ///< Its hit is against what was known; queries do not see it yet.
     uint16_t agreed : 4;       ///< Count of scans that saw its hit again, less those against it.
     uint16_t hit_against : 2;  ///< Scans in a row that saw through its hit, at most 3.
-    uint16_t free_against : 2; ///< Scans that saw something on its free segment, modulo 4.
+    uint16_t free_against : 2; ///< Confirmed hits on its free segment.
     uint16_t hit_time : 2;     ///< Mark of the time of the last witness for or against its hit, and
     uint16_t free_time : 2;    ///< against its free segment: scans of one time count once.
 };
@@ -80,5 +80,11 @@ struct FreePart {
     static bool is_in(const Beam &beam) { return beam.has_free != 0; }
     static bool is_seen(const Beam &beam) { return beam.has_free != 0; }
 };
+
+/// Where a beam speaks: its return, or the far end of its free segment.
+inline Point end_of(const Beam &beam)
+{
+    return {beam.x_m + beam.range_m * beam.dir_x, beam.y_m + beam.range_m * beam.dir_y};
+}
 
 } // namespace gpom

@@ -82,6 +82,16 @@ uint32_t run_phase(Index &index, uint32_t budget)
     return used;
 }
 
+/// A box seen from another origin, widened by what rounding may have moved its items.
+Box shifted(const Box &box, float dx_m, float dy_m)
+{
+    const float reach_m = lane::abs(box.x_min_m) + lane::abs(box.y_min_m) + lane::abs(box.x_max_m) +
+                          lane::abs(box.y_max_m) + lane::abs(dx_m) + lane::abs(dy_m);
+    const float slack_m = kBoxSlack * reach_m;
+    return {box.x_min_m - dx_m - slack_m, box.y_min_m - dy_m - slack_m,
+            box.x_max_m - dx_m + slack_m, box.y_max_m - dy_m + slack_m};
+}
+
 } // namespace
 
 void forget_all(Index &index)
@@ -134,6 +144,21 @@ void remove_beam(Index &index, uint32_t slot)
     index.beams[slot].has_hit = 0;
     index.beams[slot].has_free = 0;
     vanish(index, slot);
+}
+
+void shift_origin(Index &index, float dx_m, float dy_m)
+{
+    for (uint32_t slot = 0; slot < index.n_slots; ++slot) {
+        index.beams[slot].x_m -= dx_m;
+        index.beams[slot].y_m -= dy_m;
+    }
+    KdTree *const trees[2] = {&index.hit_tree, &index.free_tree};
+    for (KdTree *tree : trees) {
+        for (uint32_t i = 0; tree->n_items > 0 && i + 1 < node_count(tree->n_items); ++i) {
+            tree->boxes[i] = shifted(tree->boxes[i], dx_m, dy_m);
+        }
+    }
+    index.phase = BuildPhase::kIdle;
 }
 
 void start_build(Index &index)

@@ -68,6 +68,9 @@ void remove_hit(Index &index, uint32_t slot);
 void remove_free(Index &index, uint32_t slot);
 void remove_beam(Index &index, uint32_t slot);
 
+/// The origin moves by (dx_m, dy_m): all coordinates follow, and what is being built is dropped.
+void shift_origin(Index &index, float dx_m, float dy_m);
+
 /// Go on building, or start if it is worth it, for at most `budget` operations (see build_some();
 /// listing a slot is one). Returns those used; 0: nothing to do.
 uint32_t build_some(Index &index, uint32_t budget);
@@ -102,6 +105,42 @@ void for_each_recent(const Index &index, const KdTree &tree, const Visit &visit)
 
 inline const KdTree &tree_of(const Index &index, const HitPart &) { return index.hit_tree; }
 inline const KdTree &tree_of(const Index &index, const FreePart &) { return index.free_tree; }
+
+/// Visit the slots of a kind that may satisfy touches(box): those of the tree's boxes that do, and
+/// the recent ones. Visited slots hold a beam with this part.
+template <class Part, class Touches, class Visit>
+void walk(const Index &index, const Part &part, Subtree *stack, const Touches &touches,
+          const Visit &visit)
+{
+    const KdTree &tree = tree_of(index, part);
+    const auto visit_member = [&](uint32_t slot) {
+        if (Part::is_in(index.beams[slot])) {
+            visit(slot);
+        }
+    };
+    for_each_recent(index, tree, visit_member);
+    uint32_t depth = 0;
+    if (tree.n_items > 0) {
+        stack[depth++] = {0, 0, leaf_count(tree.n_items)};
+    }
+    while (depth > 0) {
+        const Subtree t = stack[--depth];
+        if (!touches(tree.boxes[t.node])) {
+            continue;
+        }
+        if (t.n_leaves > 1) {
+            stack[depth++] = right_of(t);
+            stack[depth++] = left_of(t);
+            continue;
+        }
+        const Stretch slots = slots_of(tree, t);
+        for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
+            if (index.beams[tree.slots[i]].id < tree.id_end) {
+                visit_member(tree.slots[i]);
+            }
+        }
+    }
+}
 
 /// The k nearest parts of one kind among all beams. `stack` has kDepthMax entries.
 template <class F, class Part>

@@ -8,11 +8,6 @@ namespace gpom
 namespace
 {
 
-/// A segment's far end and closest point are computed with rounding errors of about 2^-23 of its
-/// length and coordinates; the box is widened by more than that, so that no box is ever farther
-/// than an item inside it.
-constexpr float kBoxSlack = 1e-6f;
-
 /// The i_axis-th of the four coordinates of a segment's ends.
 float coordinate(const Segment &s, int i_axis)
 {

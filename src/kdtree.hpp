@@ -28,6 +28,11 @@ constexpr uint32_t leaf_count(uint32_t n_items) { return (n_items + kLeafSize - 
 /// Nodes of a tree, and one more so that the smallest has room.
 constexpr uint32_t node_count(uint32_t n_items) { return 2 * leaf_count(n_items); }
 
+/// A segment's far end and closest point are computed with rounding errors of about 2^-23 of its
+/// length and coordinates; the box is widened by more than that, so that no box is ever farther
+/// than an item inside it.
+constexpr float kBoxSlack = 1e-6f;
+
 struct Box {
     float x_min_m, y_min_m, x_max_m, y_max_m;
 };

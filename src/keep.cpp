@@ -1,7 +1,9 @@
 #include "src/keep.hpp"
 
 #include "src/map.hpp"
-#include "src/workspace.hpp"
+#include "src/witness.hpp"
+
+#include <float.h>
 
 namespace gpom
 {
@@ -9,292 +11,14 @@ namespace gpom
 namespace
 {
 
-/// A beam speaks against a hit that it passes nearer than keep_m times this, and nearer than this
-/// share of the way it still has to go: beams that graze a wall run along it before they end there.
-/// Leaves and fences let beams through a hand's breadth beside a hit that will be hit again, so that
-/// wider margins cost accuracy outdoors (DESIGN.md).
-constexpr float kPassWidth = 0.15f;
-constexpr float kPassSlope = 0.05f;
-
 /// A free segment is known if another runs by its end nearer than keep_m times this.
 constexpr float kFreeSpacing = 4.0f;
 
-/// Scans of different times that must have seen something on a free segment before it is given up.
-constexpr uint32_t kFreeAgainst = 4;
+/// A return this many times keep_m away from the next hit stands alone.
+constexpr float kAloneGap = 4.0f;
 
 /// Beams looked at for the least useful.
-constexpr uint32_t kCandidates = 8;
-
-/// Lane vectors that a group fills.
-constexpr uint32_t kVectors = kGroup / static_cast<uint32_t>(kLanes);
-
-/// Visit the slots of a kind that may satisfy touches(box): those of the tree's boxes that do, and
-/// the recent ones. Visited slots hold a beam with this part.
-template <class Part, class Touches, class Visit>
-void walk(const Index &index, const Part &part, Subtree *stack, const Touches &touches,
-          const Visit &visit)
-{
-    const KdTree &tree = tree_of(index, part);
-    const auto visit_member = [&](uint32_t slot) {
-        if (Part::is_in(index.beams[slot])) {
-            visit(slot);
-        }
-    };
-    for_each_recent(index, tree, visit_member);
-    uint32_t depth = 0;
-    if (tree.n_items > 0) {
-        stack[depth++] = {0, 0, leaf_count(tree.n_items)};
-    }
-    while (depth > 0) {
-        const Subtree t = stack[--depth];
-        if (!touches(tree.boxes[t.node])) {
-            continue;
-        }
-        if (t.n_leaves > 1) {
-            stack[depth++] = right_of(t);
-            stack[depth++] = left_of(t);
-            continue;
-        }
-        const Stretch slots = slots_of(tree, t);
-        for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
-            if (index.beams[tree.slots[i]].id < tree.id_end) {
-                visit_member(tree.slots[i]);
-            }
-        }
-    }
-}
-
-/// Where a beam speaks: its return, or the far end of its free segment.
-Point end_of(const Beam &beam)
-{
-    return {beam.x_m + beam.range_m * beam.dir_x, beam.y_m + beam.range_m * beam.dir_y};
-}
-
-/// kLanes new beams of a group. Lanes beyond its last beam have no length and speak of nothing.
-struct BeamLanes {
-    SegmentLanes<F> segment;
-    F returned; ///< 1: it ends at a surface.
-    F sure;
-};
-
-BeamLanes lanes_of(const Group &group, uint32_t i_vector)
-{
-    const F zero = lane::splat<F>(0.0f);
-    BeamLanes lanes = {{zero, zero, zero, zero, zero}, zero, zero};
-    for (int i = 0; i < kLanes; ++i) {
-        const uint32_t i_beam = i_vector * static_cast<uint32_t>(kLanes) + static_cast<uint32_t>(i);
-        if (i_beam < group.n) {
-            const Beam &beam = group.beams[i_beam];
-            set_segment(lanes.segment, i,
-                        {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, beam.range_m});
-            lane::set(lanes.returned, i, beam.returned != 0 ? 1.0f : 0.0f);
-            lane::set(lanes.sure, i, (group.sure >> i_beam & 1u) != 0 ? 1.0f : 0.0f);
-        }
-    }
-    return lanes;
-}
-
-/// Bit i set where the mask holds.
-template <class M> uint32_t bits_of_mask(M mask)
-{
-    if constexpr (kLanes == 1) {
-        return mask != 0 ? 1u : 0u;
-    } else {
-        uint32_t bits = 0;
-        for (int i = 0; i < kLanes; ++i) {
-            bits |= (mask[i] != 0 ? 1u : 0u) << i;
-        }
-        return bits;
-    }
-}
-
-/// True if one of the beams comes within reach_m of the box: projections on the beam and across it.
-bool touches(const BeamLanes &lanes, const Box &box, float reach_m)
-{
-    const SegmentLanes<F> &s = lanes.segment;
-    const F from_x = 0.5f * (box.x_min_m + box.x_max_m) - s.x_m;
-    const F from_y = 0.5f * (box.y_min_m + box.y_max_m) - s.y_m;
-    const float half_x_m = 0.5f * (box.x_max_m - box.x_min_m);
-    const float half_y_m = 0.5f * (box.y_max_m - box.y_min_m);
-    const F along = from_x * s.dir_x + from_y * s.dir_y;
-    const F across = lane::abs(F(from_x * s.dir_y - from_y * s.dir_x));
-    const F half_along = half_x_m * lane::abs(s.dir_x) + half_y_m * lane::abs(s.dir_y) + reach_m;
-    const F half_across = half_x_m * lane::abs(s.dir_y) + half_y_m * lane::abs(s.dir_x) + reach_m;
-    return lane::any((across <= half_across) & (along >= -half_along) &
-                     (along <= s.length_m + half_along));
-}
-
-/// What one hit has to do with the beams of a group.
-struct Witnesses {
-    uint32_t ends;   ///< Bit i: beam i ends at it.
-    uint32_t passes; ///< Bit i: beam i runs past it.
-};
-
-/// One group under judgement.
-struct Trial {
-    gpom_map &map;
-    Box box; ///< Around all its beams, keep_m wider.
-    BeamLanes lanes[kVectors];
-    F gap2_m2[kVectors];
-};
-
-bool is_inside(const Box &box, const Point &p)
-{
-    return p.x_m >= box.x_min_m && p.x_m <= box.x_max_m && p.y_m >= box.y_min_m &&
-           p.y_m <= box.y_max_m;
-}
-
-bool overlap(const Box &a, const Box &b)
-{
-    return a.x_min_m <= b.x_max_m && b.x_min_m <= a.x_max_m && a.y_min_m <= b.y_max_m &&
-           b.y_min_m <= a.y_max_m;
-}
-
-/// Compare a hit with kLanes beams of the group.
-Witnesses witnesses_of(Trial &trial, uint32_t i_vector, const Point &at, bool is_standing)
-{
-    const float keep_m = trial.map.config.keep_m;
-    const BeamLanes &lanes = trial.lanes[i_vector];
-    const SegmentLanes<F> &s = lanes.segment;
-    const F from_x = at.x_m - s.x_m;
-    const F from_y = at.y_m - s.y_m;
-    const F across = lane::abs(F(from_x * s.dir_y - from_y * s.dir_x));
-    if (!lane::any(across < keep_m)) {
-        return {0, 0};
-    }
-    const F along = from_x * s.dir_x + from_y * s.dir_y;
-    const F to_go = s.length_m - along;
-    const F gap2 = across * across + to_go * to_go;
-    const F width = lane::min(F(kPassSlope * to_go), lane::splat<F>(kPassWidth * keep_m));
-    const auto ends = (lanes.returned > 0.0f) & (gap2 < keep_m * keep_m);
-    const auto passes = (lanes.sure > 0.0f) & (along > 0.0f) & (to_go > keep_m) & (across < width);
-    if (is_standing) {
-        F &least = trial.gap2_m2[i_vector];
-        least = lane::select(ends & (gap2 < least), gap2, least);
-    }
-    return {bits_of_mask(ends), bits_of_mask(passes)};
-}
-
-Witnesses witnesses_of(Trial &trial, const Point &at, bool is_standing)
-{
-    Witnesses all = {0, 0};
-    for (uint32_t v = 0; v < kVectors; ++v) {
-        const Witnesses some = witnesses_of(trial, v, at, is_standing);
-        all.ends |= some.ends << (v * static_cast<uint32_t>(kLanes));
-        all.passes |= some.passes << (v * static_cast<uint32_t>(kLanes));
-    }
-    return all;
-}
-
-/// Something was seen at `at`, between a kept beam's sensor and its end: true if the free segment
-/// stands all the same.
-bool stands_against(gpom_map &map, uint32_t slot, const Point &at)
-{
-    Beam &beam = map.index.beams[slot];
-    const float from_x = at.x_m - beam.x_m;
-    const float from_y = at.y_m - beam.y_m;
-    const float along = from_x * beam.dir_x + from_y * beam.dir_y;
-    const float across = lane::abs(from_x * beam.dir_y - from_y * beam.dir_x);
-    const float to_go = beam.range_m - along;
-    const float keep_m = map.config.keep_m;
-    const float width = lane::min(kPassSlope * to_go, kPassWidth * keep_m);
-    const bool is_on_it = along > 0.0f && to_go > keep_m && across < width;
-    if (!is_on_it || beam.id >= map.keeper.scan_first_id) {
-        return false;
-    }
-    if (beam.free_against == 0 || beam.free_time != (map.keeper.time_mark & 3u)) {
-        beam.free_against = (beam.free_against + 1u) & 3u;
-        beam.free_time = map.keeper.time_mark & 3u;
-    }
-    if (beam.free_against != kFreeAgainst % 4u) {
-        return true;
-    }
-    remove_free(map.index, slot);
-    ++map.stats.free_cleared;
-    return false;
-}
-
-/// Let a hit at `at` speak against the free segments it lies on. True if one stands all the same.
-bool speaks_against_free(gpom_map &map, const Point &at)
-{
-    const float reach_m = kPassWidth * map.config.keep_m;
-    bool any_stands = false;
-    walk(
-        map.index, map.index.free_part, map.keeper.stack,
-        [&](const Box &box) { return box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m; },
-        [&](uint32_t slot) { any_stands |= stands_against(map, slot, at); });
-    return any_stands;
-}
-
-/// A scan of another time saw the hit again: one count more, and whoever saw through it erred.
-void confirm(gpom_map &map, Beam &beam)
-{
-    const uint16_t time = map.keeper.time_mark;
-    const bool counted = beam.hit_against == 0 && beam.hit_time == time;
-    if (beam.provisional == 0 && !counted && beam.agreed < kAgreedMax) {
-        beam.agreed = (beam.agreed + 1u) & kAgreedMax;
-    }
-    beam.provisional = 0;
-    beam.hit_against = 0;
-    beam.hit_time = time & 3u;
-}
-
-/// A scan saw through a hit: the first in a row takes one count, the next two, four, eight, so that
-/// five in a row outweigh any number that saw it before. True if it is gone: the counts are used up
-/// and enough scans were in the row. One that is provisional goes at once; one that was confirmed at
-/// this very time stays as it is.
-bool contradict(gpom_map &map, uint32_t slot)
-{
-    Beam &beam = map.index.beams[slot];
-    if (beam.provisional != 0) {
-        remove_beam(map.index, slot);
-        ++map.stats.beams_not_confirmed;
-        return true;
-    }
-    if (beam.hit_time == map.keeper.time_mark) {
-        return false;
-    }
-    beam.hit_time = map.keeper.time_mark & 3u;
-    const uint32_t in_row = beam.hit_against;
-    const uint32_t counts = 1u << in_row;
-    if (beam.agreed < counts && in_row + 1u >= map.config.clear_scans) {
-        remove_hit(map.index, slot);
-        ++map.stats.hits_cleared;
-        return true;
-    }
-    beam.agreed = (beam.agreed > counts ? beam.agreed - counts : 0u) & kAgreedMax;
-    beam.hit_against = (in_row < 3 ? in_row + 1u : 3u) & 3u;
-    return false;
-}
-
-/// Let the group's beams speak for or against one kept hit of another scan. Only a hit that stands
-/// makes a beam's return known.
-void judge_hit(Trial &trial, uint32_t slot)
-{
-    gpom_map &map = trial.map;
-    Group &group = map.keeper.group;
-    Beam &beam = map.index.beams[slot];
-    const Point at = end_of(beam);
-    if (!is_inside(trial.box, at)) {
-        return;
-    }
-    const bool was_provisional = beam.provisional != 0;
-    const Witnesses witnesses = witnesses_of(trial, at, !was_provisional);
-    if (beam.id >= map.keeper.scan_first_id) {
-        return;
-    }
-    if (witnesses.ends != 0) {
-        group.known |= witnesses.ends;
-        confirm(map, beam);
-        if (was_provisional) {
-            speaks_against_free(map, at);
-        }
-    } else if (witnesses.passes != 0 && map.config.clear_scans > 0) {
-        const bool gone = contradict(map, slot);
-        group.clearing |= gone && !was_provisional ? witnesses.passes : 0u;
-        group.against |= gone ? 0u : witnesses.passes;
-    }
-}
+constexpr uint32_t kCandidates = 4;
 
 float distance2(const Point &a, const Point &b)
 {
@@ -333,7 +57,7 @@ float usefulness(gpom_map &map, const Beam &beam)
     }
     float discount = 1.0f;
     if (map.config.far_m > 0.0f) {
-        const float far2 = distance2(end_of(beam), map.keeper.robot_m);
+        const float far2 = distance2(end_of(beam), map.keeper.robot);
         discount += far2 / (map.config.far_m * map.config.far_m);
     }
     if (map.config.old_s > 0.0f) {
@@ -370,7 +94,7 @@ bool make_room(gpom_map &map, float worth)
     if (least.slot == kNoSlot || !(least.usefulness < worth)) {
         return false;
     }
-    remove_beam(map.index, least.slot);
+    drop_beam(map, least.slot);
     ++map.stats.beams_evicted;
     return true;
 }
@@ -383,27 +107,12 @@ void enter_provisional(gpom_map &map, uint32_t slot)
     if (keeper.n_provisional >= keeper.provisional_max) {
         const Beam &oldest = map.index.beams[entry];
         if (oldest.has_hit != 0 && oldest.provisional != 0) {
-            remove_beam(map.index, entry);
+            drop_beam(map, entry);
             ++map.stats.beams_not_confirmed;
         }
     }
     entry = slot;
     ++keeper.n_provisional;
-}
-
-/// True if a beam of the group that was kept already ends where this one does.
-bool repeats_group(const gpom_map &map, uint32_t i_beam, uint32_t kept)
-{
-    const Group &group = map.keeper.group;
-    const Point end = end_of(group.beams[i_beam]);
-    for (uint32_t j = 0; j < i_beam; ++j) {
-        const bool is_near =
-            distance2(end, end_of(group.beams[j])) < map.config.keep_m * map.config.keep_m;
-        if ((kept >> j & 1u) != 0 && is_near) {
-            return true;
-        }
-    }
-    return false;
 }
 
 /// Squared distance to what is known that makes a beam new.
@@ -414,76 +123,68 @@ float spacing2_of(const gpom_map &map, const Beam &beam)
     return spacing_m * spacing_m;
 }
 
-/// Decide about beam i of the group. True if it was kept.
-bool decide(gpom_map &map, uint32_t i_beam, uint32_t kept)
+/// True if a new return is at odds with free segments. Next to hits it is not asked: that is where
+/// surfaces go on.
+bool is_at_odds(gpom_map &map, const Beam &beam, float gap2_m2)
+{
+    const float alone_m = kAloneGap * map.config.keep_m;
+    return map.config.clear_scans > 0 && gap2_m2 > alone_m * alone_m &&
+           is_known_free(map, end_of(beam));
+}
+
+/// Decide about beam i of the group.
+void decide(gpom_map &map, uint32_t i_beam)
 {
     Group &group = map.keeper.group;
     Beam &beam = group.beams[i_beam];
     const uint32_t bit = 1u << i_beam;
-    if (beam.returned == 0) {
-        group.gap2_m2[i_beam] = gap2_of(map, beam, kIdEnd);
-    }
-    const bool is_known = (group.known & bit) != 0 ||
-                          group.gap2_m2[i_beam] < spacing2_of(map, beam) ||
-                          repeats_group(map, i_beam, kept);
     const bool clears = (group.clearing & bit) != 0;
     if ((group.against & bit) != 0 && !clears) {
         ++map.stats.beams_contradicting;
-        return false;
+        return;
     }
-    if (is_known && !clears) {
+    if ((group.known & bit) != 0 && !clears) {
         ++map.stats.beams_known;
-        return false;
+        return;
     }
-    if (beam.returned != 0 && !is_known && (group.sure & bit) != 0 && map.config.clear_scans > 0) {
-        beam.provisional = speaks_against_free(map, end_of(beam)) ? 1 : 0;
+    const float gap2_m2 = gap2_of(map, beam, kIdEnd);
+    const bool is_new = gap2_m2 >= spacing2_of(map, beam);
+    if (!is_new && !clears) {
+        ++map.stats.beams_known;
+        return;
     }
-    return keep(map, beam, group.gap2_m2[i_beam]) != kNoSlot;
-}
-
-Box box_around(const Group &group, float reach_m)
-{
-    Box box = {FLT_MAX, FLT_MAX, -FLT_MAX, -FLT_MAX};
-    for (uint32_t i = 0; i < group.n; ++i) {
-        const Beam &beam = group.beams[i];
-        const Point end = end_of(beam);
-        box = {lane::min(box.x_min_m, lane::min(beam.x_m, end.x_m) - reach_m),
-               lane::min(box.y_min_m, lane::min(beam.y_m, end.y_m) - reach_m),
-               lane::max(box.x_max_m, lane::max(beam.x_m, end.x_m) + reach_m),
-               lane::max(box.y_max_m, lane::max(beam.y_m, end.y_m) + reach_m)};
+    if (is_new && beam.returned != 0 && (group.sure & bit) != 0) {
+        beam.provisional = is_at_odds(map, beam, gap2_m2) ? 1 : 0;
     }
-    return box;
-}
-
-/// Compare all kept hits near a group's beams with them.
-void judge(gpom_map &map)
-{
-    Group &group = map.keeper.group;
-    Trial trial = {map, box_around(group, map.config.keep_m), {}, {}};
-    for (uint32_t v = 0; v < kVectors; ++v) {
-        trial.lanes[v] = lanes_of(group, v);
-        trial.gap2_m2[v] = lane::splat<F>(kNoDistance2);
-    }
-    const auto touches_any = [&](const Box &box) {
-        if (!overlap(box, trial.box)) {
-            return false;
-        }
-        for (uint32_t v = 0; v < kVectors; ++v) {
-            if (touches(trial.lanes[v], box, map.config.keep_m)) {
-                return true;
-            }
-        }
-        return false;
-    };
-    walk(map.index, map.index.hit_part, map.keeper.stack, touches_any,
-         [&](uint32_t slot) { judge_hit(trial, slot); });
-    for (uint32_t i = 0; i < group.n; ++i) {
-        group.gap2_m2[i] = lane::get(trial.gap2_m2[i / static_cast<uint32_t>(kLanes)],
-                                     static_cast<int>(i % static_cast<uint32_t>(kLanes)));
-    }
+    keep(map, beam, gap2_m2);
 }
 
 } // namespace
+
+void mark_beam(gpom_map &map, const Beam &beam)
+{
+    const float length_m = beam.range_m + map.config.params.depth_m;
+    const Segment whole = {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, length_m};
+    lowres_mark_segment(map.lowres, {beam.x_m, beam.y_m}, end_of(whole), map.lowres.reach_m);
+}
+
+void drop_hit(gpom_map &map, uint32_t slot)
+{
+    mark_beam(map, map.index.beams[slot]);
+    remove_hit(map.index, slot);
+}
+
+void drop_free(gpom_map &map, uint32_t slot)
+{
+    mark_beam(map, map.index.beams[slot]);
+    remove_free(map.index, slot);
+}
+
+void drop_beam(gpom_map &map, uint32_t slot)
+{
+    mark_beam(map, map.index.beams[slot]);
+    remove_beam(map.index, slot);
+}
 
 uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2)
 {
@@ -496,6 +197,7 @@ uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2)
         return kNoSlot;
     }
     const uint32_t slot = insert(map.index, beam);
+    mark_beam(map, beam);
     if (beam.provisional != 0) {
         enter_provisional(map, slot);
     }
@@ -510,9 +212,8 @@ void settle(gpom_map &map)
     group.against = 0;
     group.clearing = 0;
     judge(map);
-    uint32_t kept = 0;
     for (uint32_t i = 0; i < group.n; ++i) {
-        kept |= (decide(map, i, kept) ? 1u : 0u) << i;
+        decide(map, i);
     }
     group.n = 0;
     group.sure = 0;

@@ -24,10 +24,9 @@ constexpr uint32_t kGroup = GPOM_LANES_MAX;
 /// New beams of one scan, waiting for their group to be complete.
 struct Group {
     Beam beams[kGroup];
-    float gap2_m2[kGroup]; ///< Squared distance to the nearest kept hit, or free segment.
     uint32_t n;
     uint32_t sure;     ///< Bit i: its place is known well enough to speak against others.
-    uint32_t known;    ///< Bit i: its return confirms a kept hit.
+    uint32_t known;    ///< Bit i: it ends at a kept hit.
     uint32_t against;  ///< Bit i: it runs past a kept hit that stands all the same.
     uint32_t clearing; ///< Bit i: it is the last of those that cleared a hit.
 };
@@ -42,10 +41,9 @@ struct Keeper {
     uint32_t provisional_max;
     uint32_t n_provisional; ///< Ever entered into the ring.
     uint32_t hand;          ///< Slot at which the next search for the least useful starts.
-    Point robot_m;          ///< Sensor of the newest scan.
-    int64_t first_stamp_us;
-    int64_t stamp_us;  ///< Of the newest scan.
-    uint32_t stamp_ms; ///< The same, since the first.
+    Point robot;            ///< At the newest scan.
+    int64_t stamp_us;       ///< Of the newest scan.
+    uint32_t stamp_ms;      ///< The same, since the map's first.
     Subtree stack[kDepthMax];
 };
 
@@ -62,5 +60,13 @@ void settle(gpom_map &map);
 /// Put a beam into the store, making room if it is full. `gap2_m2` is how far what is known is.
 /// Returns its slot, or kNoSlot if it was dropped and counted.
 uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2);
+
+/// Take a hit, a free segment or a whole beam away, and tell the low-resolution map.
+void drop_hit(gpom_map &map, uint32_t slot);
+void drop_free(gpom_map &map, uint32_t slot);
+void drop_beam(gpom_map &map, uint32_t slot);
+
+/// Tell the low-resolution map that a beam came, goes or counts anew.
+void mark_beam(gpom_map &map, const Beam &beam);
 
 } // namespace gpom

@@ -13,16 +13,18 @@ void gpom_config_init(gpom_config_t *config)
     *config = gpom_config_t{};
     config->struct_bytes = sizeof(gpom_config_t);
     config->beam_max = 1024;
+    config->lowres_unknown = 0.95f;
     gpom_params_init(&config->params);
 }
 
 namespace
 {
 
-bool is_valid_capacity(uint32_t beam_max)
+bool is_valid_capacity(const gpom_config_t &config)
 {
-    return beam_max >= 1 && beam_max <= GPOM_BEAM_MAX &&
-           beam_max <= (SIZE_MAX - 3072) / 61; // on 32 bits GPOM_MAP_BYTES may not wrap
+    const uint64_t n_cells = gpom::lowres_cell_count(config);
+    return config.beam_max >= 1 && config.beam_max <= GPOM_BEAM_MAX && n_cells <= GPOM_CELL_MAX &&
+           3584 + 61 * uint64_t{config.beam_max} + 8 * n_cells <= SIZE_MAX; // on 32 bits
 }
 
 bool is_finite(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
@@ -37,17 +39,21 @@ gpom_status_t check_config(const gpom_config_t *config)
     if (config == nullptr || config->struct_bytes != sizeof(gpom_config_t)) {
         return GPOM_ERR_ARG;
     }
-    if (!is_valid_capacity(config->beam_max)) {
+    if (!is_valid_capacity(*config)) {
         return GPOM_ERR_ARG;
     }
-    const bool keep_ok = is_length(config->keep_m) && is_length(config->far_m) &&
-                         config->old_s >= 0.0f && config->old_s <= FLT_MAX &&
-                         config->clear_scans <= 4 && config->clear_scans != 1 &&
-                         (config->clear_scans == 0 || config->keep_m > 0.0f);
+    const bool keep_ok =
+        is_length(config->keep_m) && is_length(config->far_m) && config->rebase_m >= 0.0f &&
+        config->rebase_m <= static_cast<float>(0.5 * GPOM_REACH_M) && config->old_s >= 0.0f &&
+        config->old_s <= FLT_MAX && config->clear_scans <= 4 && config->clear_scans != 1 &&
+        (config->clear_scans == 0 || config->keep_m > 0.0f);
     if (!keep_ok) {
         return GPOM_ERR_ARG;
     }
     if (!is_finite(config->origin_x_m) || !is_finite(config->origin_y_m)) {
+        return GPOM_ERR_ARG;
+    }
+    if (!gpom::is_lowres_config(*config)) {
         return GPOM_ERR_ARG;
     }
     return gpom_params_check(&config->params, nullptr);
@@ -75,10 +81,10 @@ void carve_arrays(gpom_map &map, const gpom::MapLayout &layout)
 
 size_t gpom_map_bytes(const gpom_config_t *config)
 {
-    if (config == nullptr || !is_valid_capacity(config->beam_max)) {
+    if (config == nullptr || !is_valid_capacity(*config)) {
         return 0;
     }
-    return gpom::map_layout(config->beam_max).total;
+    return gpom::map_layout(config->beam_max, gpom::lowres_cell_count(*config)).total;
 }
 
 gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void *mem,
@@ -92,7 +98,8 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     if (status != GPOM_OK) {
         return status;
     }
-    const gpom::MapLayout layout = gpom::map_layout(config->beam_max);
+    const gpom::MapLayout layout =
+        gpom::map_layout(config->beam_max, gpom::lowres_cell_count(*config));
     if (mem == nullptr || !gpom::is_aligned(mem, 8) || mem_bytes < layout.total) {
         return GPOM_ERR_MEM;
     }
@@ -106,6 +113,7 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     made.index.hit_part = {config->params.depth_m};
     made.index.free_part = {config->params.gap_m};
     gpom::forget_all(made.index);
+    gpom::lowres_init(made.lowres, *config, gpom::carve<gpom::Cell>(mem, layout.cells));
     made.magic = gpom::kMapMagic;
     *map = &made;
     return GPOM_OK;
@@ -117,6 +125,7 @@ gpom_status_t gpom_map_clear(gpom_map_t *map)
         return GPOM_ERR_ARG;
     }
     gpom::forget_all(map->index);
+    gpom::lowres_clear(map->lowres);
     return GPOM_OK;
 }
 
@@ -161,7 +170,7 @@ gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot, gpom_beam_t 
     *beam = gpom_beam_t{};
     beam->x_m = map->config.origin_x_m + static_cast<double>(kept.x_m);
     beam->y_m = map->config.origin_y_m + static_cast<double>(kept.y_m);
-    beam->stamp_us = map->keeper.first_stamp_us + int64_t{1000} * kept.stamp_ms;
+    beam->stamp_us = map->lowres.stamp0_us + int64_t{1000} * kept.stamp_ms;
     beam->dir_x = kept.dir_x;
     beam->dir_y = kept.dir_y;
     beam->range_m = kept.range_m;

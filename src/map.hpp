@@ -9,6 +9,7 @@
 #include "src/index.hpp"
 #include "src/keep.hpp"
 #include "src/kernel.hpp"
+#include "src/lowres.hpp"
 
 /// Opaque to users (gpom_map_t).
 struct gpom_map {
@@ -20,6 +21,7 @@ struct gpom_map {
     float prior_probability; ///< p far from all beams.
     gpom::Index index;
     gpom::Keeper keeper;
+    gpom::Lowres lowres;
 };
 
 namespace gpom
@@ -30,10 +32,10 @@ constexpr uint32_t kMapMagic = 0x6d6f7067; // "gpom"
 /// Byte offsets of everything a map owns. The one place that knows the layout: gpom_map_init()
 /// carves with it, gpom_map_bytes() reports it, GPOM_MAP_BYTES is checked against it.
 struct MapLayout {
-    size_t beams, boxes[3], slots[3], recent, provisional, total;
+    size_t beams, boxes[3], slots[3], recent, provisional, cells, total;
 };
 
-constexpr MapLayout map_layout(uint32_t beam_max)
+constexpr MapLayout map_layout(uint32_t beam_max, uint64_t cell_max)
 {
     const size_t boxes_bytes = align8(node_count(beam_max) * sizeof(Box));
     const size_t slots_bytes = align8(beam_max * sizeof(uint32_t));
@@ -47,14 +49,16 @@ constexpr MapLayout map_layout(uint32_t beam_max)
     }
     layout.recent = end;
     layout.provisional = end + align8(recent_capacity(beam_max) * sizeof(uint32_t));
-    layout.total = layout.provisional + align8(provisional_capacity(beam_max) * sizeof(uint32_t));
+    layout.cells = layout.provisional + align8(provisional_capacity(beam_max) * sizeof(uint32_t));
+    layout.total = layout.cells + static_cast<size_t>(cell_max) * sizeof(Cell);
     return layout;
 }
 
-static_assert(map_layout(1).total <= GPOM_MAP_BYTES(1), "public macro too small");
-static_assert(map_layout(9).total <= GPOM_MAP_BYTES(9), "public macro too small");
-static_assert(map_layout(476).total <= GPOM_MAP_BYTES(476), "public macro too small");
-static_assert(map_layout(GPOM_BEAM_MAX).total <= GPOM_MAP_BYTES(GPOM_BEAM_MAX),
+static_assert(map_layout(1, 0).total <= GPOM_MAP_BYTES(1, 0), "public macro too small");
+static_assert(map_layout(9, 1).total <= GPOM_MAP_BYTES(9, 1), "public macro too small");
+static_assert(map_layout(476, 1024).total <= GPOM_MAP_BYTES(476, 1024), "public macro too small");
+static_assert(map_layout(GPOM_BEAM_MAX, GPOM_CELL_MAX).total <=
+                  GPOM_MAP_BYTES(GPOM_BEAM_MAX, GPOM_CELL_MAX),
               "public macro too small");
 static_assert(leaf_count(GPOM_BEAM_MAX) <= (1u << (kDepthMax - 2)),
               "the walk's stack is too short");

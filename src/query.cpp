@@ -120,12 +120,6 @@ gpom_status_t status_of(unsigned flags)
     return (flags & GPOM_ANSWER_OUT_OF_REACH) != 0 ? GPOM_ERR_REACH : GPOM_OK;
 }
 
-gpom_status_t check_scratch(const gpom_map &map, const gpom_scratch_t &scratch)
-{
-    const size_t needed = scratch_bytes_of(map.config.params);
-    return scratch.mem == nullptr || scratch.mem_bytes < needed ? GPOM_ERR_MEM : GPOM_OK;
-}
-
 bool is_raster(const gpom_raster_t &raster)
 {
     return raster.cell_m > 0.0 && raster.cell_m <= DBL_MAX && raster.nx <= GPOM_RASTER_SIDE_MAX &&

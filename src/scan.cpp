@@ -1,5 +1,6 @@
 #include "gpom/scan.h"
 
+#include "src/live.hpp"
 #include "src/map.hpp"
 #include "src/se2.hpp"
 
@@ -207,15 +208,6 @@ Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, dou
     return beam;
 }
 
-/// Whole milliseconds from `first_us` to `stamp_us`, held within what 32 bits can tell (49 days).
-uint32_t milliseconds_between(int64_t first_us, int64_t stamp_us)
-{
-    const double difference_ms =
-        1e-3 * (static_cast<double>(stamp_us) - static_cast<double>(first_us));
-    return static_cast<uint32_t>(
-        difference_ms > 0.0 ? (difference_ms < 4294967295.0 ? difference_ms : 4294967295.0) : 0.0);
-}
-
 /// Hand all usable readings to those that choose what is kept.
 void insert_beams(gpom_map &map, const gpom_scan_t &scan, const ScanContext &context)
 {
@@ -234,20 +226,17 @@ void insert_beams(gpom_map &map, const gpom_scan_t &scan, const ScanContext &con
 }
 
 /// Take note of when and where a scan was made.
-void note_scan(gpom_map &map, int64_t stamp_us, const Eigen::Vector2f &sensor_m)
+void note_scan(gpom_map &map, int64_t stamp_us, const gpom::Point &robot)
 {
+    gpom::lowres_follow(map.lowres, robot, stamp_us);
     gpom::Keeper &keeper = map.keeper;
-    const bool is_first = map.stats.scans_inserted == 0;
-    if (is_first) {
-        keeper.first_stamp_us = stamp_us;
-    }
-    if (is_first || stamp_us != keeper.stamp_us) {
+    if (map.stats.scans_inserted == 0 || stamp_us != keeper.stamp_us) {
         ++keeper.time_number;
         keeper.time_mark = static_cast<uint16_t>(keeper.time_number * kGoldenRatio >> 30);
     }
     keeper.stamp_us = stamp_us;
-    keeper.stamp_ms = milliseconds_between(keeper.first_stamp_us, stamp_us);
-    keeper.robot_m = {sensor_m.x(), sensor_m.y()};
+    keeper.stamp_ms = gpom::milliseconds_since(map.lowres.stamp0_us, stamp_us);
+    keeper.robot = robot;
     keeper.scan_first_id = map.index.next_id;
     ++map.stats.scans_inserted;
 }
@@ -276,6 +265,7 @@ gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
     const gpom::Pose T_map_robot = {{pose->x_m, pose->y_m}, pose->yaw_rad};
     const gpom::Pose T_robot_sensor = {{sensor->x_m, sensor->y_m}, sensor->yaw_rad};
     const gpom::Pose T_map_sensor = T_map_robot * T_robot_sensor;
+    gpom::follow_origin(*map, pose->x_m, pose->y_m);
     const Eigen::Vector2d origin_m(map->config.origin_x_m, map->config.origin_y_m);
     const Eigen::Vector2d sensor_m = T_map_sensor.position_m - origin_m;
     if (!(sensor_m.squaredNorm() <= GPOM_REACH_M * GPOM_REACH_M)) {
@@ -285,7 +275,8 @@ gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
     const Eigen::Vector2f lever_m =
         (T_map_sensor.position_m - T_map_robot.position_m).cast<float>();
     const auto scan_number = static_cast<uint16_t>(map->stats.scans_inserted & 0xffffu);
-    note_scan(*map, scan->stamp_us, sensor_m.cast<float>());
+    const Eigen::Vector2f robot_m = sensor_m.cast<float>() - lever_m;
+    note_scan(*map, scan->stamp_us, {robot_m.x(), robot_m.y()});
     insert_beams(*map, *scan,
                  {*sensor, pose->cov, T_map_sensor, sensor_m.cast<float>(), lever_m, scan_number});
     return GPOM_OK;

@@ -79,7 +79,7 @@ bool commits(const State &s, Commit &commit)
     const bool has_scans = s.n_beams == 0 || gpom::take<uint64_t>(counters_from) > 0;
     return commit.n_beams == s.n_beams && commit.blocks_crc == s.blocks_crc &&
            s.id_end <= commit.next_id && has_scans &&
-           commit.first_stamp_us <= INT64_MAX - int64_t{1000} * s.stamp_ms_max;
+           commit.stamp0_us <= INT64_MAX - int64_t{1000} * s.stamp_ms_max;
 }
 
 /// Read the next block of the snapshot and call visit(beam) for its beams.
@@ -133,6 +133,7 @@ void start_writing(State &s)
 {
     s.n_slots = s.map->index.n_slots;
     s.n_forgotten = s.map->index.n_forgotten;
+    s.frame_epoch = s.map->lowres.frame_epoch;
     s.origin_x_m = s.map->config.origin_x_m;
     s.origin_y_m = s.map->config.origin_y_m;
     rewind(s, kWrite);
@@ -184,11 +185,12 @@ void look_for_latest(State &s)
 
 // ---- writing -----------------------------------------------------------------------------------
 
+/// What was written before and what would follow are no longer one map.
 bool has_jumped(const State &s)
 {
-    const gpom_config_t &config = s.map->config;
-    return s.map->index.n_forgotten != s.n_forgotten || config.origin_x_m != s.origin_x_m ||
-           config.origin_y_m != s.origin_y_m;
+    const gpom_map_t &map = *s.map;
+    return map.index.n_forgotten != s.n_forgotten || map.lowres.frame_epoch != s.frame_epoch ||
+           map.config.origin_x_m != s.origin_x_m || map.config.origin_y_m != s.origin_y_m;
 }
 
 /// The beams of the next kBlockBeams slots of the store.
@@ -220,12 +222,13 @@ void fill_commit(State &s)
     commit.hand = keeper.hand;
     commit.stamp_ms = keeper.stamp_ms;
     commit.n_counters = gpom::kCounters;
-    commit.first_stamp_us = keeper.first_stamp_us;
+    commit.stamp0_us = map.lowres.stamp0_us;
     commit.stamp_us = keeper.stamp_us;
     commit.origin_x_m = map.config.origin_x_m;
     commit.origin_y_m = map.config.origin_y_m;
-    commit.robot_x_m = keeper.robot_m.x_m;
-    commit.robot_y_m = keeper.robot_m.y_m;
+    commit.frame_epoch = map.lowres.frame_epoch;
+    commit.robot_x_m = keeper.robot.x_m;
+    commit.robot_y_m = keeper.robot.y_m;
     gpom::put_commit(s.block, commit, map.stats);
     memcpy(s.block + gpom::kParamsAt, s.params, sizeof s.params);
 }
@@ -312,7 +315,10 @@ struct Heap {
     }
 };
 
-Heap heap_of(const State &s, Index &index) { return {index.spare.slots, s.n_unordered, index.beams}; }
+Heap heap_of(const State &s, Index &index)
+{
+    return {index.spare.slots, s.n_unordered, index.beams};
+}
 
 // ---- reading -----------------------------------------------------------------------------------
 
@@ -400,6 +406,16 @@ void list(State &s, gpom_map_t &map, uint32_t slot)
     }
 }
 
+void publish_beams(const State &s, const Commit &commit, Index &index)
+{
+    index.next_id = commit.next_id > index.next_id ? commit.next_id : index.next_id;
+    index.n_slots = s.n_placed;
+    index.n_beams = s.n_beams - s.report.n_dropped;
+    index.first_free = s.first_free;
+    index.hit_tree.id_end = s.n_placed > 0 ? s.first_id : index.next_id;
+    index.free_tree.id_end = index.hit_tree.id_end;
+}
+
 /// Let all be seen: the beams in the store, and the commit in s.block.
 void publish(State &s, gpom_map_t &map)
 {
@@ -407,29 +423,29 @@ void publish(State &s, gpom_map_t &map)
     const bool is_whole = gpom::take_commit(s.block, commit);
     GPOM_ASSERT(is_whole);
     (void)is_whole;
+    publish_beams(s, commit, map.index);
     gpom::take_counters(s.block, commit.n_counters, map.stats);
-    Index &index = map.index;
-    index.next_id = commit.next_id > index.next_id ? commit.next_id : index.next_id;
-    index.n_slots = s.n_placed;
-    index.n_beams = s.n_beams - s.report.n_dropped;
-    index.first_free = s.first_free;
-    index.hit_tree.id_end = s.n_placed > 0 ? s.first_id : index.next_id;
-    index.free_tree.id_end = index.hit_tree.id_end;
+    map.config.origin_x_m = commit.origin_x_m;
+    map.config.origin_y_m = commit.origin_y_m;
     Keeper &keeper = map.keeper;
-    keeper.scan_first_id = index.next_id;
+    keeper.scan_first_id = map.index.next_id;
     keeper.time_number = commit.time_number;
     keeper.time_mark = commit.time_mark;
     keeper.n_provisional = s.n_provisional;
-    keeper.hand = commit.hand < index.n_slots ? commit.hand : 0;
-    keeper.robot_m = {commit.robot_x_m, commit.robot_y_m};
-    keeper.first_stamp_us = commit.first_stamp_us;
+    keeper.hand = commit.hand < map.index.n_slots ? commit.hand : 0;
+    keeper.robot = {commit.robot_x_m, commit.robot_y_m};
     keeper.stamp_us = commit.stamp_us;
     keeper.stamp_ms = commit.stamp_ms;
-    map.config.origin_x_m = commit.origin_x_m;
-    map.config.origin_y_m = commit.origin_y_m;
+    const bool has_scans = map.stats.scans_inserted > 0;
+    gpom::lowres_restore(
+        map.lowres, {commit.origin_x_m, commit.origin_y_m, commit.stamp0_us, commit.frame_epoch},
+        has_scans);
+    if (has_scans) {
+        gpom::lowres_follow(map.lowres, keeper.robot, keeper.stamp_us);
+    }
     const uint8_t *const params = s.block + gpom::kParamsAt;
     s.report.params_differ = memcmp(params, s.params, sizeof s.params) != 0 ? 1 : 0;
-    s.report.n_beams = index.n_beams;
+    s.report.n_beams = map.index.n_beams;
     finish(s);
 }
 

@@ -63,7 +63,7 @@ template <class Stream, class SomeCommit> void transfer(Stream &stream, SomeComm
     stream(commit.frame_epoch);
     stream(commit.time_mark);
     stream(commit.n_counters);
-    stream(commit.first_stamp_us);
+    stream(commit.stamp0_us);
     stream(commit.stamp_us);
     stream(commit.origin_x_m);
     stream(commit.origin_y_m);
@@ -71,19 +71,20 @@ template <class Stream, class SomeCommit> void transfer(Stream &stream, SomeComm
     stream(commit.robot_y_m);
 }
 
-// Written so that a NaN fails. float32 may round a place at the reach outwards.
-bool is_within_reach(float x_m, float y_m)
-{
-    constexpr float kReach2_m2 = static_cast<float>(GPOM_REACH_M * GPOM_REACH_M * (1.0 + 1e-6));
-    return x_m * x_m + y_m * y_m <= kReach2_m2;
-}
+/// A sensor is within reach of the origin; what gpom_map_forget() leaves of a beam may begin at its
+/// far end, and the robot is a lever away.
+constexpr float kBeamPlaceMax_m = static_cast<float>(2.0 * GPOM_REACH_M);
+constexpr float kRobotPlaceMax_m = static_cast<float>(4.0 * GPOM_REACH_M);
+
+// Written so that a NaN fails.
+bool is_within(float x_m, float y_m, float max_m) { return x_m * x_m + y_m * y_m <= max_m * max_m; }
 
 bool is_finite(double x) { return x - x == 0.0; }
 
 bool is_beam(const Beam &beam)
 {
     const float length2 = beam.dir_x * beam.dir_x + beam.dir_y * beam.dir_y;
-    const bool is_ray = is_within_reach(beam.x_m, beam.y_m) && length2 >= 1.0f - 1e-5f &&
+    const bool is_ray = is_within(beam.x_m, beam.y_m, kBeamPlaceMax_m) && length2 >= 1.0f - 1e-5f &&
                         length2 <= 1.0f + 1e-5f && beam.range_m > 0.0f &&
                         beam.range_m <= static_cast<float>(GPOM_REACH_M);
     const bool is_noise = beam.excess >= 0.0f && beam.excess <= kExcessMax;
@@ -163,7 +164,8 @@ bool take_commit(const uint8_t *block, Commit &commit)
     transfer(from, commit);
     return commit.next_id <= kIdEnd && commit.time_mark <= 3 && commit.n_counters >= 1 &&
            commit.n_counters <= kCountersMax && is_finite(commit.origin_x_m) &&
-           is_finite(commit.origin_y_m) && is_within_reach(commit.robot_x_m, commit.robot_y_m);
+           is_finite(commit.origin_y_m) &&
+           is_within(commit.robot_x_m, commit.robot_y_m, kRobotPlaceMax_m);
 }
 
 void take_counters(const uint8_t *block, uint32_t n_counters, gpom_stats_t &stats)

@@ -42,7 +42,7 @@ void put_beam(Encoder &to, const Beam &beam);
 /// Read kBeamBytes. False if no map could hold such a beam.
 bool take_beam(Decoder &from, Beam &beam);
 
-/// What a snapshot says besides its beams; see Index, Keeper and gpom_config_t.
+/// What a snapshot says besides its beams; see Index, Keeper and Lowres.
 struct Commit {
     uint32_t n_beams;
     uint32_t blocks_crc; ///< CRC-32 of the CRCs of all blocks before.
@@ -50,10 +50,10 @@ struct Commit {
     uint32_t time_number;
     uint32_t hand;
     uint32_t stamp_ms;
-    uint32_t frame_epoch; ///< Reserved: written as 0, not read.
+    uint32_t frame_epoch;
     uint16_t time_mark;
     uint16_t n_counters; ///< Of gpom_stats_t, in its order; the same format may append some.
-    int64_t first_stamp_us, stamp_us;
+    int64_t stamp0_us, stamp_us;
     double origin_x_m, origin_y_m;
     float robot_x_m, robot_y_m;
 };

@@ -23,6 +23,14 @@ struct Packet {
     int n;                   ///< Queries in the packet.
 };
 
+/// Points that a caller inside the library asks at a time, whatever the lane width.
+constexpr uint32_t kGroupSize = GPOM_LANES_MAX;
+
+struct PointGroup {
+    gpom_point_t points[kGroupSize];
+    gpom_answer_t answers[kGroupSize];
+};
+
 struct Workspace {
     Packet *packet;
     Subtree *stack;
@@ -39,7 +47,7 @@ constexpr size_t pool_size(size_t n, uint32_t scan_points_max)
 
 /// Byte offsets in the scratch; lanes first, as they are the most strictly aligned.
 struct ScratchLayout {
-    size_t nearest, points, features, vectors, factor, packet, stack, total;
+    size_t nearest, points, features, vectors, factor, packet, stack, group, total;
 };
 
 constexpr ScratchLayout scratch_layout(size_t n, size_t n_pool)
@@ -49,16 +57,20 @@ constexpr ScratchLayout scratch_layout(size_t n, size_t n_pool)
     const size_t features = points + 3 * n * sizeof(F);
     const size_t vectors = features + n * sizeof(Feature<F>); // u, v and 1 / diagonal
     const size_t factor = vectors + 3 * n * sizeof(F);
-    const size_t packet = factor + tri(n) * sizeof(F);
+    const size_t packet = align8(factor + tri(n) * sizeof(F));
     const size_t stack = packet + align8(sizeof(Packet));
-    const size_t total = stack + kDepthMax * sizeof(Subtree);
-    return {nearest, points, features, vectors, factor, packet, stack, total};
+    const size_t group = align8(stack + kDepthMax * sizeof(Subtree));
+    const size_t total = group + sizeof(PointGroup);
+    return {nearest, points, features, vectors, factor, packet, stack, group, total};
 }
+
+/// The strictest alignment of what lies in the scratch.
+constexpr size_t kScratchAlignment = sizeof(F) > 8 ? sizeof(F) : 8;
 
 /// With what the start of the scratch may lose to alignment.
 constexpr size_t scratch_bytes(size_t n, size_t n_pool)
 {
-    return scratch_layout(n, n_pool).total + sizeof(F) - 1;
+    return scratch_layout(n, n_pool).total + kScratchAlignment - 1;
 }
 
 static_assert(scratch_bytes(2, 4) <= GPOM_SCRATCH_BYTES(2, kLanes), "public macro too small");
@@ -74,6 +86,13 @@ inline size_t scratch_bytes_of(const gpom_params_t &params)
     return scratch_bytes(n, pool_size(n, params.scan_points_max));
 }
 
+/// GPOM_ERR_MEM if the scratch does not suffice for queries on this map.
+inline gpom_status_t check_scratch(const gpom_map &map, const gpom_scratch_t &scratch)
+{
+    const size_t needed = scratch_bytes_of(map.config.params);
+    return scratch.mem == nullptr || scratch.mem_bytes < needed ? GPOM_ERR_MEM : GPOM_OK;
+}
+
 /// Part of the arrays of n_pool neighbours of both kinds, from `first` on.
 inline NearestK<F> carve_nearest(void *mem, size_t n_pool, size_t first, size_t k)
 {
@@ -81,14 +100,32 @@ inline NearestK<F> carve_nearest(void *mem, size_t n_pool, size_t first, size_t 
             carve<I>(mem, 2 * n_pool * sizeof(F)) + first, static_cast<uint32_t>(k)};
 }
 
+/// Layout of the scratch for a map's neighbours.
+inline ScratchLayout scratch_layout_of(const gpom_params_t &params)
+{
+    const size_t n = static_cast<size_t>(params.n_hits) + params.n_free;
+    return scratch_layout(n, pool_size(n, params.scan_points_max));
+}
+
+inline void *align_scratch(void *scratch)
+{
+    return reinterpret_cast<void *>(
+        align_up(reinterpret_cast<uintptr_t>(scratch), kScratchAlignment));
+}
+
+/// A group of points in the part of the scratch that gpom_query_points() leaves alone.
+inline PointGroup *carve_group(const gpom_params_t &params, void *scratch)
+{
+    return carve<PointGroup>(align_scratch(scratch), scratch_layout_of(params).group);
+}
+
 inline Workspace carve_workspace(const gpom_params_t &params, void *scratch)
 {
     const size_t n = static_cast<size_t>(params.n_hits) + params.n_free;
     const size_t n_pool = pool_size(n, params.scan_points_max);
     const size_t n_pool_hits = pool_size(params.n_hits, params.scan_points_max);
-    const ScratchLayout layout = scratch_layout(n, n_pool);
-    void *const mem =
-        reinterpret_cast<void *>(align_up(reinterpret_cast<uintptr_t>(scratch), sizeof(F)));
+    const ScratchLayout layout = scratch_layout_of(params);
+    void *const mem = align_scratch(scratch);
     F *const xyn = carve<F>(mem, layout.points);
     F *const uvd = carve<F>(mem, layout.vectors);
     Workspace work = {};

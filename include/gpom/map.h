@@ -18,10 +18,15 @@ extern "C" {
 /** Most beams a map may be configured for. */
 #define GPOM_BEAM_MAX 20000000u
 
-/** Bytes of memory for a map of `beam_max` beams: a constant expression for a static array, never
- *  less than gpom_map_bytes(). 61 bytes a beam: 36 the beam, 8 in each of two trees and in the one
- *  being built, 1 in lists. */
-#define GPOM_MAP_BYTES(beam_max) ((size_t)3072 + (size_t)61 * (size_t)(beam_max))
+/** Most cells of the low-resolution map, coarse and focus layer together. */
+#define GPOM_CELL_MAX 268435456u
+
+/** Bytes of memory for a map of `beam_max` beams and `cell_max` = lowres_nx lowres_ny +
+ *  focus_cell_max low-resolution cells: a constant expression for a static array, never less than
+ *  gpom_map_bytes(). 61 bytes a beam: 36 the beam, 8 in each of two trees and in the one being
+ *  built, 1 in lists; 8 bytes a cell. */
+#define GPOM_MAP_BYTES(beam_max, cell_max)                                                         \
+    ((size_t)3584 + (size_t)61 * (size_t)(beam_max) + (size_t)8 * (size_t)(cell_max))
 
 /** What a map is made for. Fill with gpom_config_init(), then change. */
 typedef struct {
@@ -35,9 +40,31 @@ typedef struct {
                                 Default 0: distance does not count. */
     float old_s;           /**< When full, a beam this old is worth half; >= 0 [s]. Default 0: age
                                 does not count. */
+    float rebase_m;        /**< The origin moves to the robot, by whole metres, when that is farther
+                                away; 0 .. GPOM_REACH_M / 2 [m]. Default 0: it stays. */
     double origin_x_m;    /**< Map frame's east of the origin [m]; beams are kept relative to it. */
     double origin_y_m;    /**< Map frame's north of the origin [m]. Defaults 0, 0. */
     gpom_params_t params; /**< Hyperparameters, copied. Default gpom_params_init(). */
+
+    /* The low-resolution map (lowres.h). Defaults 0: there is none. */
+
+    double lowres_cell_m; /**< Side of a coarse cell [m]; 1e-3 .. 1e6 if there are cells. */
+    double lowres_x0_m;   /**< Lower left corner of a fixed raster, map frame [m]. */
+    double lowres_y0_m;   /**< Likewise. */
+    uint32_t
+        focus_cell_max;   /**< Most cells of the focus layer, which needs a coarse one; 0: none. */
+    float lowres_reach_m; /**< A scan marks the cells whose centres are within this distance of a
+                                 beam, free or hit [m]; 0 .. GPOM_REACH_M, 0: two cells. A beam can
+                                 change farther cells, too, by becoming one of their nearest: they
+                                 follow once nothing is dirty (lowres.h, 4). */
+    float lowres_unknown; /**< A cell whose variance exceeds this part of the prior variance is
+                                 unknown; 0 .. 1. Default 0.95. */
+    uint16_t lowres_nx;   /**< Coarse cells along x; both 0: no raster. */
+    uint16_t lowres_ny;   /**< Coarse cells along y. */
+    uint8_t lowres_rolling; /**< 1: the raster's cells begin at whole multiples of lowres_cell_m in
+                                 the map frame, and it moves by whole cells so that the robot stays
+                                 within lowres_nx / 8, lowres_ny / 8 cells of its middle; cells that
+                                 it leaves are lost, those it gains unknown. 0: fixed. */
 } gpom_config_t;
 
 /** A map in the caller's memory. Opaque. */
@@ -62,7 +89,8 @@ typedef struct {
     uint64_t beams_evicted;       /**< Removed: least useful when the map was full. */
     uint64_t beams_not_confirmed; /**< Removed: provisional, and not seen a second time. */
     uint64_t hits_cleared;        /**< Removed: scans of several times saw through the hit. */
-    uint64_t free_cleared;        /**< Removed: scans of several times saw a hit on the segment. */
+    uint64_t beams_forgotten; /**< Removed: gpom_map_forget(), or out of reach of a new origin. */
+    uint64_t free_cleared;    /**< Removed: scans of several times saw a hit on the segment. */
 } gpom_stats_t;
 
 /** One kept beam, for inspection. */
@@ -86,20 +114,21 @@ typedef struct {
 /** Fill with the documented defaults. */
 GPOM_API void gpom_config_init(gpom_config_t *config);
 
-/** Exact bytes gpom_map_init() needs; 0 if config is NULL or beam_max is out of range. */
+/** Exact bytes gpom_map_init() needs; 0 if config is NULL or a capacity is out of range. */
 GPOM_API size_t gpom_map_bytes(const gpom_config_t *config);
 
 /** Build an empty map inside caller memory; `*map` points into `mem`. Nothing to destroy.
  *
  *  mem        8-byte aligned, outlives the map, owned by the caller, not moved while in use.
- *  mem_bytes  at least gpom_map_bytes(config); GPOM_MAP_BYTES(beam_max) always suffices.
+ *  mem_bytes  at least gpom_map_bytes(config); GPOM_MAP_BYTES(beam_max, cell_max) suffices.
  *  Errors     GPOM_ERR_ARG (config not from gpom_config_init, or a value out of range),
  *             GPOM_ERR_PARAMS, GPOM_ERR_MEM. *map is NULL on any error.
- *  Cost       O(1). */
+ *  Cost       O(low-resolution cells). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config,
                                                     void *mem, size_t mem_bytes);
 
-/** Forget all beams. Ids go on growing; counters stay. O(1). */
+/** Forget all beams; low-resolution cells become unknown. Ids go on growing; counters stay.
+ *  O(low-resolution cells). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_clear(gpom_map_t *map);
 
 /** Index all beams in the two static KD-trees. Answers are the same before and after: beams that

@@ -53,7 +53,7 @@ typedef struct {
     uint16_t n_hits;  /**< Nearest hits per query; >= 1. Default 8. */
     uint16_t n_free;  /**< Nearest free segments per query; >= 1, n_hits + n_free <= 64. */
 
-    /* Beyond the paper's model; 0, the default, leaves each out exactly. See DESIGN.md, 3. */
+    /* Beyond the paper's model; 0, the default, leaves each out exactly. See DESIGN.md, 4. */
 
     uint16_t scan_points_max; /**< Of each kind at most this many points of one scan, out of the
                                    2 n nearest; 0 .. 64, 0: no cap. */

@@ -17,8 +17,9 @@
 extern "C" {
 #endif
 
-/** Class of a point by the thresholds p_free and p_occupied. */
-typedef enum { GPOM_FREE = 0, GPOM_UNSURE = 1, GPOM_OCCUPIED = 2 } gpom_class_t;
+/** Class of a point by the thresholds p_free and p_occupied; GPOM_UNKNOWN, nothing is known here,
+ *  is for cells of the low-resolution map alone (lowres.h). */
+typedef enum { GPOM_FREE = 0, GPOM_UNSURE = 1, GPOM_OCCUPIED = 2, GPOM_UNKNOWN = 3 } gpom_class_t;
 
 /** Answer to a point is the prior because its coordinates are not finite or out of reach. */
 #define GPOM_ANSWER_OUT_OF_REACH 1u
@@ -66,9 +67,9 @@ typedef struct {
 /** Bytes of scratch for n_points = n_hits + n_free neighbours and a library of `lanes` lanes
  *  (gpom_lanes(); GPOM_LANES_MAX fits every build): a constant expression for a static array. */
 #define GPOM_SCRATCH_BYTES(n_points, lanes)                                                        \
-    ((size_t)512 + (size_t)4 * (size_t)(lanes) *                                                   \
-                       ((size_t)(n_points) * ((size_t)(n_points) + 1) / 2 +                        \
-                        (size_t)16 * (size_t)(n_points) + (size_t)8))
+    ((size_t)1024 + (size_t)4 * (size_t)(lanes) *                                                  \
+                        ((size_t)(n_points) * ((size_t)(n_points) + 1) / 2 +                       \
+                         (size_t)16 * (size_t)(n_points) + (size_t)8))
 
 /** Queries that this build of the library computes side by side: 1, 4, 8 or 16. */
 GPOM_API uint32_t gpom_lanes(void);

@@ -6,9 +6,10 @@
  *  which commits it, are whole; so that a cut at any byte leaves the older or the newer, whole.
  *  Bytes are the same on every processor, whatever its byte order, lane width and instruction set.
  *
- *  Stored are the beams with their ids and witnesses, the counters, the clock and the origin. Not
- *  stored: configuration (the map that reads keeps its own) and KD-trees (after reading, all beams
- *  are searched one by one, exactly, until gpom_map_build()). */
+ *  Stored are the beams with their ids and witnesses, the counters, the clock, the frame epoch and
+ *  the origin. Not stored: the configuration, which the map that reads has; KD-trees: after reading,
+ *  all beams are searched one by one, exactly, until gpom_map_step() or gpom_map_build() indexes
+ *  them; the low-resolution map: its cells are unknown and dirty. */
 #ifndef GPOM_SNAPSHOT_H
 #define GPOM_SNAPSHOT_H
 
@@ -41,8 +42,8 @@ typedef struct {
     /** Read one block. Anything but GPOM_OK counts as a damaged block (never written, failed error
      *  correction): try again yourself if it may pass. */
     gpom_status_t (*read)(void *ctx, uint32_t slot, uint32_t offset_bytes, uint8_t *block);
-    /** Write one block. Offsets of a snapshot run from 0 on without gaps, each once; a flash erases
-     *  its page when the first block of it comes. Blocks may reach the medium in any order until
+    /** Write one block. Offsets run from 0 on without gaps, and again from 0 when it starts over; a
+     *  flash erases its page when the first block of it comes. Blocks may reach the medium in any order until
      *  `flush`. NULL if only read. */
     gpom_status_t (*write)(void *ctx, uint32_t slot, uint32_t offset_bytes, const uint8_t *block);
     /** Return when all that was written to the slot stays without power (fsync); called once, at
@@ -56,7 +57,8 @@ typedef struct {
     uint32_t slot;         /**< 0 or 1: where it is. */
     uint32_t n_beams;      /**< Beams written, or in the map after reading. */
     uint32_t n_dropped;    /**< Reading: beams that did not fit into a smaller map: the oldest. */
-    uint32_t n_restarts;   /**< Writing: started over because the map was cleared or re-based. */
+    uint32_t n_restarts;   /**< Writing: started over because the map was cleared, its frame
+                                jumped or its origin moved. */
     uint8_t params_differ; /**< Reading: 1: written with other hyperparameters. The beams are raw
                                 measurements and hold all the same; but how much uncertainty of a
                                 pose raised their noise follows the old covariance. */
@@ -71,7 +73,7 @@ typedef struct {
     int32_t status;
     uint64_t sequence, found_sequence[2];
     double origin_x_m, origin_y_m;
-    uint32_t i_block, blocks_crc, n_beams, id_end, stamp_ms_max, n_slots, n_forgotten;
+    uint32_t i_block, blocks_crc, n_beams, id_end, stamp_ms_max, n_slots, n_forgotten, frame_epoch;
     uint32_t n_placed, n_unordered, i_entry, first_id, next_id, n_provisional, first_free;
     const uint32_t *heap;
     uint8_t found[2];
@@ -99,7 +101,8 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_write_begin(gpom_snapshot_t 
  *  snapshot is the map as it was at the beginning. Otherwise each beam is as it was when its block
  *  was written, once, and counters and clock are those of the end: one that was in the map all the
  *  time is in the snapshot, one that came or went meanwhile may be or not. After gpom_map_clear(),
- *  or if the origin moved, writing starts over by itself.
+ *  gpom_map_jump() and when the origin moved, writing starts over by itself, at the slot's first
+ *  block; after gpom_map_forget() begin again if what was forgotten must not come back.
  *
  *  Errors  GPOM_ERR_ARG (not begun, or another map); GPOM_ERR_IO (`write` or `flush` failed): the
  *          older snapshot is whole; begin again.
@@ -117,18 +120,20 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_read_begin(gpom_snapshot_t *
 
 /** Go on reading until report.is_done: at most `n_blocks` blocks are read, or as much work done on
  *  what was read. Any bytes are safe. In all up to 2 + 4 slot_bytes / GPOM_SNAPSHOT_BLOCK_BYTES
- *  reads and one step for 13 beams.
+ *  reads; for each time that a snapshot was read whole, steps of 13 beams and of 128 entries out of
+ *  beam_max / 8.
  *
  *  The map stays as it is until a snapshot has proved whole; then it is empty, and from the last
  *  step on it holds the snapshot's beams. It answers as the one that was written, bit for bit.
- *  Origin, counters and clock are replaced; new ids go on from the greater of both maps'. Beams that
- *  wait for confirmation go on waiting. Of more than beam_max beams the youngest are kept. A map
+ *  Origin, counters and clock are replaced; new ids and epochs go on from the greater of both maps'.
+ *  Beams that wait for confirmation go on waiting. Of more than beam_max beams the youngest are kept. A map
  *  read from the same bytes goes on in the same way each time.
  *
  *  Errors  GPOM_ERR_ARG (not begun, another map, or a call changed it since its beams are being
  *          read), GPOM_ERR_FORMAT: neither slot holds a whole snapshot of this version. The map is
  *          as it was; empty if bytes changed between two reads or a forged snapshot repeats an id.
- *  Cost    per block as for writing, and 26 log2(beam_max) comparisons. */
+ *  Cost    per block as for writing, and 26 log2(beam_max) comparisons; the last one O(low-resolution
+ *          cells), as gpom_map_clear(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_read_step(gpom_snapshot_t *snapshot,
                                                               gpom_map_t *map, uint32_t n_blocks);
 

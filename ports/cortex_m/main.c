@@ -11,7 +11,7 @@ enum {
     POINTS = sizeof street_points / sizeof street_points[0]
 };
 
-static uint64_t map_memory[(GPOM_MAP_BYTES(BEAM_MAX) + 7) / 8];
+static uint64_t map_memory[(GPOM_MAP_BYTES(BEAM_MAX, 0) + 7) / 8];
 static uint8_t scratch_memory[GPOM_SCRATCH_BYTES(16, 1)];
 static gpom_answer_t answers[POINTS];
 

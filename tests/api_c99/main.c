@@ -10,7 +10,7 @@
 #define N_RANGES 5
 #define N_CELLS 4
 
-static uint64_t map_memory[(GPOM_MAP_BYTES(BEAM_MAX) + 7) / 8];
+static uint64_t map_memory[(GPOM_MAP_BYTES(BEAM_MAX, 0) + 7) / 8];
 static unsigned char scratch_memory[GPOM_SCRATCH_BYTES(N_POINTS, GPOM_LANES_MAX)];
 static int n_failed;
 

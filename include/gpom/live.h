@@ -1,0 +1,88 @@
+/** \file live.h
+ *  Keeping a map alive on a vehicle: work in slices, forgetting, jumps of the map frame.
+ *
+ *  What happens to the beams of a scan while keep_m > 0:
+ *  - A return within keep_m of a kept hit is not kept; it counts for that hit, up to 15 times.
+ *  - A beam that passes within 0.15 keep_m of a kept hit speaks against it. The first of different
+ *    times in a row takes one count from the hit, then two, four, eight; when none is left and
+ *    clear_scans were in a row, the hit is gone, and the beam that did it is kept. Beams that pass
+ *    hits that stand are not kept.
+ *  - A return on a free segment of an earlier scan is kept as provisional: queries do not see it
+ *    until a scan of another time returns from within keep_m of it. It is gone once a beam passes
+ *    it, or when beam_max / 16 + 8 younger ones wait. Two such confirmations on a free segment take
+ *    that segment away, too.
+ *  - Beams whose position is not known to keep_m / 4 (standard deviation) speak against nothing.
+ *  - When the map is full, the least useful of the next four beams in turn makes room: the one
+ *    whose hit is nearest to another hit (without hit: whose end is nearest to another free
+ *    segment), by far_m and old_s. If the new beam is less useful still, it is dropped. */
+#ifndef GPOM_LIVE_H
+#define GPOM_LIVE_H
+
+#include "gpom/lowres.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Operations that one item of index building counts in a budget. */
+#define GPOM_INDEX_ITEM_OPS 4u
+
+/** The least budget of gpom_map_step() with which trees and raster both go on in every step, for
+ *  n = n_hits + n_free. */
+#define GPOM_STEP_OPS_MIN(n) ((uint64_t)2 * GPOM_LOWRES_GROUP_OPS(n))
+
+/** Do a slice of the work that scans leave behind: index recent beams, and evaluate dirty cells of
+ *  the low-resolution map (lowres.h). Answers of queries are the same before and after; queries are
+ *  faster and cells fresher. Call it once a control period, more often when the vehicle is idle.
+ *
+ *  Building starts when 32 beams are recent, or an eighth of the map vanished, and has half of the
+ *  budget while there are dirty cells.
+ *
+ *  budget   operations, each a handful of instructions: GPOM_INDEX_ITEM_OPS an item of an index,
+ *           GPOM_LOWRES_CELL_OPS() a cell.
+ *  scratch  as for a query; NULL: no cells are evaluated.
+ *  used     operations done, never more than budget; 0: nothing was left to do, or budget was too
+ *           small to do it. NULL allowed.
+ *  Errors   GPOM_ERR_ARG, GPOM_ERR_MEM (scratch). */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_step(gpom_map_t *map, uint64_t budget,
+                                                    const gpom_scratch_t *scratch, uint64_t *used);
+
+/** A disc in the map frame [m]. */
+typedef struct {
+    double x_m;
+    double y_m;
+    double radius_m; /**< > 0. */
+} gpom_disc_t;
+
+/** Forget what is known inside a disc: hits in it, and the stretch in it of every free segment. A
+ *  beam that ends in it remains as free up to it; of one that crosses it and has a hit the part
+ *  behind remains, without a hit the part before.
+ *
+ *  Errors  GPOM_ERR_ARG (null, not finite, radius not > 0).
+ *  Cost    O(beams kept). */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_forget(gpom_map_t *map, const gpom_disc_t *disc);
+
+/** What becomes of the map when its frame jumps. */
+typedef enum {
+    GPOM_JUMP_KEEP = 0,   /**< Keep all: the localiser corrected itself by little. */
+    GPOM_JUMP_FORGET = 1, /**< Forget a disc, where old and new beams would contradict. */
+    GPOM_JUMP_CLEAR = 2   /**< Forget all: poses before and after have nothing in common. */
+} gpom_jump_t;
+
+/** The localiser's map frame jumped: begin a new frame epoch, which readers of the low-resolution
+ *  map see, by a rule.
+ *
+ *  disc    what to forget with GPOM_JUMP_FORGET; else ignored, NULL allowed.
+ *  Errors  GPOM_ERR_ARG (null, no such rule, disc as in gpom_map_forget()); then nothing changed.
+ *  Cost    O(beams kept + low-resolution cells). */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_jump(gpom_map_t *map, gpom_jump_t rule,
+                                                    const gpom_disc_t *disc);
+
+/** The map frame's point that beams are kept relative to; it moves with the robot if rebase_m is
+ *  set. Errors: GPOM_ERR_ARG. */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_origin(const gpom_map_t *map, gpom_point_t *origin);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,308 @@
+#include "src/witness.hpp"
+
+#include "src/map.hpp"
+#include "src/workspace.hpp"
+
+namespace gpom
+{
+
+namespace
+{
+
+/// A beam speaks against a hit that it passes nearer than keep_m times this, and nearer than this
+/// share of the way it still has to go: beams that graze a wall run along it before they end there.
+/// Leaves and fences let beams through a hand's breadth beside a hit that will be hit again, so that
+/// wider margins cost accuracy outdoors (DESIGN.md).
+constexpr float kPassWidth = 0.15f;
+constexpr float kPassSlope = 0.05f;
+
+/// Confirmed hits of different times on a free segment after which it is given up.
+constexpr uint32_t kFreeAgainst = 2;
+
+/// Lane vectors that a group fills.
+constexpr uint32_t kVectors = kGroup / static_cast<uint32_t>(kLanes);
+
+/// kLanes new beams of a group. Lanes beyond its last beam have no length and speak of nothing.
+struct BeamLanes {
+    SegmentLanes<F> segment;
+    F returned; ///< 1: it ends at a surface.
+    F sure;
+};
+
+BeamLanes lanes_of(const Group &group, uint32_t i_vector)
+{
+    const F zero = lane::splat<F>(0.0f);
+    BeamLanes lanes = {{zero, zero, zero, zero, zero}, zero, zero};
+    for (int i = 0; i < kLanes; ++i) {
+        const uint32_t i_beam = i_vector * static_cast<uint32_t>(kLanes) + static_cast<uint32_t>(i);
+        if (i_beam < group.n) {
+            const Beam &beam = group.beams[i_beam];
+            set_segment(lanes.segment, i,
+                        {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, beam.range_m});
+            lane::set(lanes.returned, i, beam.returned != 0 ? 1.0f : 0.0f);
+            lane::set(lanes.sure, i, (group.sure >> i_beam & 1u) != 0 ? 1.0f : 0.0f);
+        }
+    }
+    return lanes;
+}
+
+/// Bit i set where the mask holds.
+template <class M> uint32_t bits_of_mask(M mask)
+{
+    if constexpr (kLanes == 1) {
+        return mask != 0 ? 1u : 0u;
+    } else {
+        uint32_t bits = 0;
+        for (int i = 0; i < kLanes; ++i) {
+            bits |= (mask[i] != 0 ? 1u : 0u) << i;
+        }
+        return bits;
+    }
+}
+
+/// True if one of the beams comes within reach_m of the box: projections on the beam and across it.
+bool touches(const BeamLanes &lanes, const Box &box, float reach_m)
+{
+    const SegmentLanes<F> &s = lanes.segment;
+    const F from_x = 0.5f * (box.x_min_m + box.x_max_m) - s.x_m;
+    const F from_y = 0.5f * (box.y_min_m + box.y_max_m) - s.y_m;
+    const float half_x_m = 0.5f * (box.x_max_m - box.x_min_m);
+    const float half_y_m = 0.5f * (box.y_max_m - box.y_min_m);
+    const F along = from_x * s.dir_x + from_y * s.dir_y;
+    const F across = lane::abs(F(from_x * s.dir_y - from_y * s.dir_x));
+    const F half_along = half_x_m * lane::abs(s.dir_x) + half_y_m * lane::abs(s.dir_y) + reach_m;
+    const F half_across = half_x_m * lane::abs(s.dir_y) + half_y_m * lane::abs(s.dir_x) + reach_m;
+    return lane::any((across <= half_across) & (along >= -half_along) &
+                     (along <= s.length_m + half_along));
+}
+
+/// What one hit has to do with the beams of a group.
+struct Witnesses {
+    uint32_t ends;   ///< Bit i: beam i ends at it.
+    uint32_t passes; ///< Bit i: beam i runs past it.
+};
+
+/// One group under judgement.
+struct Trial {
+    gpom_map &map;
+    Box box; ///< Around all its beams, keep_m wider.
+    BeamLanes lanes[kVectors];
+};
+
+bool is_inside(const Box &box, const Point &p)
+{
+    return p.x_m >= box.x_min_m && p.x_m <= box.x_max_m && p.y_m >= box.y_min_m &&
+           p.y_m <= box.y_max_m;
+}
+
+bool overlap(const Box &a, const Box &b)
+{
+    return a.x_min_m <= b.x_max_m && b.x_min_m <= a.x_max_m && a.y_min_m <= b.y_max_m &&
+           b.y_min_m <= a.y_max_m;
+}
+
+/// Compare a hit with kLanes beams of the group.
+Witnesses witnesses_of(const Trial &trial, uint32_t i_vector, const Point &at)
+{
+    const float keep_m = trial.map.config.keep_m;
+    const BeamLanes &lanes = trial.lanes[i_vector];
+    const SegmentLanes<F> &s = lanes.segment;
+    const F from_x = at.x_m - s.x_m;
+    const F from_y = at.y_m - s.y_m;
+    const F across = lane::abs(F(from_x * s.dir_y - from_y * s.dir_x));
+    if (!lane::any(across < keep_m)) {
+        return {0, 0};
+    }
+    const F along = from_x * s.dir_x + from_y * s.dir_y;
+    const F to_go = s.length_m - along;
+    const F gap2 = across * across + to_go * to_go;
+    const F width = lane::min(F(kPassSlope * to_go), lane::splat<F>(kPassWidth * keep_m));
+    const auto ends = (lanes.returned > 0.0f) & (gap2 < keep_m * keep_m);
+    const auto passes = (lanes.sure > 0.0f) & (along > 0.0f) & (to_go > keep_m) & (across < width);
+    return {bits_of_mask(ends), bits_of_mask(passes)};
+}
+
+Witnesses witnesses_of(const Trial &trial, const Point &at)
+{
+    Witnesses all = {0, 0};
+    for (uint32_t v = 0; v < kVectors; ++v) {
+        const Witnesses some = witnesses_of(trial, v, at);
+        all.ends |= some.ends << (v * static_cast<uint32_t>(kLanes));
+        all.passes |= some.passes << (v * static_cast<uint32_t>(kLanes));
+    }
+    return all;
+}
+
+/// True if a place lies on the free segment of a kept beam of another scan, by the same margins as
+/// a beam's passing by a hit.
+bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at)
+{
+    const float keep_m = map.config.keep_m;
+    const float from_x = at.x_m - beam.x_m;
+    const float from_y = at.y_m - beam.y_m;
+    const float along = from_x * beam.dir_x + from_y * beam.dir_y;
+    const float across = lane::abs(from_x * beam.dir_y - from_y * beam.dir_x);
+    const float to_go = beam.range_m - along;
+    const float width = lane::min(kPassSlope * to_go, kPassWidth * keep_m);
+    return along > 0.0f && to_go > keep_m && across < width && beam.id < map.keeper.scan_first_id;
+}
+
+/// Visit the free segments that a place lies on; visit(slot) tells whether to go on.
+template <class Visit> void for_each_free_at(gpom_map &map, const Point &at, const Visit &visit)
+{
+    const float reach_m = kPassWidth * map.config.keep_m;
+    bool goes_on = true;
+    walk(
+        map.index, map.index.free_part, map.keeper.stack,
+        [&](const Box &box) {
+            return goes_on && box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m;
+        },
+        [&](uint32_t slot) {
+            if (goes_on && is_on_free(map, map.index.beams[slot], at)) {
+                goes_on = visit(slot);
+            }
+        });
+}
+
+/// A hit was confirmed where segments were free: they give way if that happens at kFreeAgainst
+/// times.
+void age_free(gpom_map &map, const Point &at)
+{
+    for_each_free_at(map, at, [&](uint32_t slot) {
+        Beam &beam = map.index.beams[slot];
+        if (beam.free_against == 0 || beam.free_time != map.keeper.time_mark) {
+            beam.free_against = (beam.free_against + 1u) & 3u;
+            beam.free_time = map.keeper.time_mark & 3u;
+        }
+        if (beam.free_against == kFreeAgainst) {
+            drop_free(map, slot);
+            ++map.stats.free_cleared;
+        }
+        return true;
+    });
+}
+
+/// A scan of another time saw the hit again: one count more, and whoever saw through it erred.
+void confirm(gpom_map &map, Beam &beam)
+{
+    const uint16_t time = map.keeper.time_mark;
+    const bool counted = beam.hit_against == 0 && beam.hit_time == time;
+    if (beam.provisional == 0 && !counted && beam.agreed < kAgreedMax) {
+        beam.agreed = (beam.agreed + 1u) & kAgreedMax;
+    }
+    if (beam.provisional != 0) {
+        beam.provisional = 0;
+        mark_beam(map, beam);
+    }
+    beam.hit_against = 0;
+    beam.hit_time = time & 3u;
+}
+
+/// A scan saw through a hit: the first in a row takes one count, the next two, four, eight, so that
+/// five in a row outweigh any number that saw it before. True if it is gone: the counts are used up
+/// and enough scans were in the row. One that is provisional goes at once; one that was confirmed at
+/// this very time stays as it is.
+bool contradict(gpom_map &map, uint32_t slot)
+{
+    Beam &beam = map.index.beams[slot];
+    if (beam.provisional != 0) {
+        drop_beam(map, slot);
+        ++map.stats.beams_not_confirmed;
+        return true;
+    }
+    if (beam.hit_time == map.keeper.time_mark) {
+        return false;
+    }
+    beam.hit_time = map.keeper.time_mark & 3u;
+    const uint32_t in_row = beam.hit_against;
+    const uint32_t counts = 1u << in_row;
+    if (beam.agreed < counts && in_row + 1u >= map.config.clear_scans) {
+        drop_hit(map, slot);
+        ++map.stats.hits_cleared;
+        return true;
+    }
+    beam.agreed = (beam.agreed > counts ? beam.agreed - counts : 0u) & kAgreedMax;
+    beam.hit_against = (in_row < 3 ? in_row + 1u : 3u) & 3u;
+    return false;
+}
+
+/// Let the group's beams speak for or against one kept hit; one of their own scan only makes their
+/// returns known.
+void judge_hit(Trial &trial, uint32_t slot)
+{
+    gpom_map &map = trial.map;
+    Group &group = map.keeper.group;
+    Beam &beam = map.index.beams[slot];
+    const Point at = end_of(beam);
+    if (!is_inside(trial.box, at)) {
+        return;
+    }
+    const bool was_provisional = beam.provisional != 0;
+    const Witnesses witnesses = witnesses_of(trial, at);
+    group.known |= witnesses.ends;
+    if (beam.id >= map.keeper.scan_first_id) {
+        return;
+    }
+    if (witnesses.ends != 0) {
+        confirm(map, beam);
+        if (was_provisional) {
+            age_free(map, at);
+        }
+    } else if (witnesses.passes != 0 && map.config.clear_scans > 0) {
+        const bool gone = contradict(map, slot);
+        group.clearing |= gone && !was_provisional ? witnesses.passes : 0u;
+        group.against |= gone ? 0u : witnesses.passes;
+    }
+}
+
+Box box_around(const Group &group, float reach_m)
+{
+    Box box = {FLT_MAX, FLT_MAX, -FLT_MAX, -FLT_MAX};
+    for (uint32_t i = 0; i < group.n; ++i) {
+        const Beam &beam = group.beams[i];
+        const Point end = end_of(beam);
+        box = {lane::min(box.x_min_m, lane::min(beam.x_m, end.x_m) - reach_m),
+               lane::min(box.y_min_m, lane::min(beam.y_m, end.y_m) - reach_m),
+               lane::max(box.x_max_m, lane::max(beam.x_m, end.x_m) + reach_m),
+               lane::max(box.y_max_m, lane::max(beam.y_m, end.y_m) + reach_m)};
+    }
+    return box;
+}
+
+} // namespace
+
+/// True if a place is known to be free.
+bool is_known_free(gpom_map &map, const Point &at)
+{
+    bool is_free = false;
+    for_each_free_at(map, at, [&](uint32_t) {
+        is_free = true;
+        return false;
+    });
+    return is_free;
+}
+
+/// Compare all kept hits near a group's beams with them.
+void judge(gpom_map &map)
+{
+    Group &group = map.keeper.group;
+    Trial trial = {map, box_around(group, map.config.keep_m), {}};
+    for (uint32_t v = 0; v < kVectors; ++v) {
+        trial.lanes[v] = lanes_of(group, v);
+    }
+    const auto touches_any = [&](const Box &box) {
+        if (!overlap(box, trial.box)) {
+            return false;
+        }
+        for (uint32_t v = 0; v < kVectors; ++v) {
+            if (touches(trial.lanes[v], box, map.config.keep_m)) {
+                return true;
+            }
+        }
+        return false;
+    };
+    walk(map.index, map.index.hit_part, map.keeper.stack, touches_any,
+         [&](uint32_t slot) { judge_hit(trial, slot); });
+}
+
+} // namespace gpom
