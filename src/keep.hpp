@@ -45,6 +45,7 @@ struct Keeper {
     int64_t stamp_us;       ///< Of the newest scan.
     uint32_t stamp_ms;      ///< The same, since the map's first.
     Subtree stack[kDepthMax];
+    Subtree inner_stack[kDepthMax]; ///< For a walk inside a walk.
 };
 
 /// Provisional beams that a map of beam_max beams holds at most.
