@@ -42,8 +42,9 @@ MAKE := $(MAKE) --no-print-directory
 
 CPU_cortex-m7 := -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16
 CPU_cortex-m4 := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
+CPU_s390x     := -march=z196
 ifneq ($(CROSS),)
-CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7 or cortex-m4))
+CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4 or s390x))
 MODE_arm  := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-unwind-tables \
              -fstack-usage -fcallgraph-info=su
 endif
@@ -81,6 +82,7 @@ TOOL_SRC  := $(wildcard tools/gpom_*.cpp)
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
 TEST_OBJ  := $(call objects,$(wildcard tests/unit/*.cpp tests/property/*.cpp))
+ENDIAN_OBJ := $(call objects,$(wildcard tests/endian/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
@@ -111,6 +113,7 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 test-all: $(if $(SKIP_BASE),,test-programs) build/setup/lint firmware ## Run `test`, firmware, lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 	$(Q)$(MAKE) CONFIG=thread tsan
+	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
 lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
@@ -130,13 +133,13 @@ test-firmware: firmware ## Run the image in QEMU: result, instruction counts, si
 	$(Q)$(RUN_TESTS) firmware
 
 clean: ## Remove what was built, keep the installed Python environment
-	$(Q)rm -rf build/host-* build/arm-none-eabi-*
+	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/s390x-linux-gnu-*
 
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools demo results test test-all lint format check-symbols firmware \
-        test-firmware clean distclean test-programs unit tsan firmware-image FORCE
+        test-firmware clean distclean test-programs unit tsan endian firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -151,6 +154,13 @@ unit: $(BUILD)/unit_tests
 
 tsan: $(BUILD)/tsan_tests
 
+# Without fused operations, as on the host, so that the same scans give the same map.
+BIG_ENDIAN := CROSS=s390x-linux-gnu- CPU=s390x FMA=0
+endian: $(BUILD)/snapshot_bytes
+	$(Q)if tools/setup endian; then \
+	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; \
+	else echo "no big-endian toolchain: its test will be skipped"; fi
+
 firmware-image: $(BUILD)/gpom_demo.elf build/host-release/libicount.so
 
 build/setup/%: tools/setup tools/requirements.txt
@@ -162,8 +172,9 @@ $(BUILD)/flags: FORCE
 	@echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' | cmp -s - $@ || \
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
-$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(PORT_OBJ): \
-    $(BUILD)/flags | build/setup/$(if $(CROSS),firmware,base)
+$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
+    $(PORT_OBJ): \
+    $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
 
 define compile # compiler and flags
@@ -174,7 +185,7 @@ endef
 
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS))
-$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ): $(BUILD)/obj/%.o: %.cpp
+$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
@@ -204,6 +215,9 @@ $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
+$(BUILD)/snapshot_bytes: $(ENDIAN_OBJ) $(BUILD)/obj/tools/lib/snapshot_file.o $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) $(if $(CROSS),-static) -o $@ $^
 $(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^

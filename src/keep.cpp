@@ -161,6 +161,12 @@ void decide(gpom_map &map, uint32_t i_beam)
 
 } // namespace
 
+void drop_all(gpom_map &map)
+{
+    forget_all(map.index);
+    map.keeper.n_provisional = 0;
+}
+
 void mark_beam(gpom_map &map, const Beam &beam)
 {
     const float length_m = beam.range_m + map.config.params.depth_m;

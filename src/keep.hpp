@@ -67,6 +67,9 @@ void drop_hit(gpom_map &map, uint32_t slot);
 void drop_free(gpom_map &map, uint32_t slot);
 void drop_beam(gpom_map &map, uint32_t slot);
 
+/// Take all beams away, and with them those that wait; the low-resolution map is not told.
+void drop_all(gpom_map &map);
+
 /// Tell the low-resolution map that a beam came, goes or counts anew.
 void mark_beam(gpom_map &map, const Beam &beam);
 

@@ -124,7 +124,7 @@ gpom_status_t gpom_map_clear(gpom_map_t *map)
     if (!gpom::is_map(map)) {
         return GPOM_ERR_ARG;
     }
-    gpom::forget_all(map->index);
+    gpom::drop_all(*map);
     gpom::lowres_clear(map->lowres);
     return GPOM_OK;
 }

@@ -2,12 +2,14 @@
 
 #include "src/assert.hpp"
 #include "src/crc32.hpp"
+#include "src/id_heap.hpp"
 #include "src/map.hpp"
 
 using gpom::Beam;
 using gpom::BlockHead;
 using gpom::BlockKind;
 using gpom::Commit;
+using gpom::IdHeap;
 using gpom::Index;
 using gpom::Keeper;
 
@@ -183,6 +185,16 @@ void look_for_latest(State &s)
     }
 }
 
+/// Check the next block. True once the snapshot in this slot has proved whole.
+bool check_one(State &s)
+{
+    const Found found = take_block(s, [](const Beam &) {});
+    if (found == Found::kNothing) {
+        give_up_slot(s);
+    }
+    return found == Found::kCommit;
+}
+
 // ---- writing -----------------------------------------------------------------------------------
 
 /// What was written before and what would follow are no longer one map.
@@ -265,62 +277,25 @@ void write_one(State &s)
     }
 }
 
-// ---- the order of ids --------------------------------------------------------------------------
-
-/// Slots of the store as a heap, the least id on top (Williams 1964). It stands where the next tree
-/// will be built, and has room for all beams.
-struct Heap {
-    uint32_t *slots;
-    uint32_t n;
-    const Beam *beams;
-
-    uint32_t id(uint32_t i) const { return beams[slots[i]].id; }
-
-    void swap(uint32_t i, uint32_t j)
-    {
-        const uint32_t kept = slots[i];
-        slots[i] = slots[j];
-        slots[j] = kept;
-    }
-
-    void push(uint32_t slot)
-    {
-        uint32_t i = n++;
-        slots[i] = slot;
-        for (; i > 0 && id(i) < id((i - 1) / 2); i = (i - 1) / 2) {
-            swap(i, (i - 1) / 2);
-        }
-    }
-
-    /// The top's id has grown: let it sink to its place.
-    void sink()
-    {
-        uint32_t i = 0;
-        for (uint32_t child = 1; child < n; child = 2 * i + 1) {
-            child += child + 1 < n && id(child + 1) < id(child) ? 1u : 0u;
-            if (id(i) <= id(child)) {
-                return;
-            }
-            swap(i, child);
-            i = child;
-        }
-    }
-
-    uint32_t pop()
-    {
-        const uint32_t top = slots[0];
-        slots[0] = slots[--n];
-        sink();
-        return top;
-    }
-};
-
-Heap heap_of(const State &s, Index &index)
+/// One block of whatever writing is at.
+void advance_writing(State &s)
 {
-    return {index.spare.slots, s.n_unordered, index.beams};
+    if (s.phase == kLatest) {
+        look_for_latest(s);
+    } else if (s.phase == kWrite) {
+        write_one(s);
+    } else if (check_one(s)) {
+        write_to(s, 1 - s.report.slot);
+    }
 }
 
 // ---- reading -----------------------------------------------------------------------------------
+
+/// The beams placed so far, the oldest on top. The heap stands where the next tree will be built.
+IdHeap heap_of(const State &s, Index &index)
+{
+    return {index.spare.slots, s.n_unordered, index.beams};
+}
 
 /// Nothing came into the map, and nothing was built, since it is being filled.
 bool is_untouched(const State &s, const Index &index)
@@ -334,8 +309,7 @@ bool is_untouched(const State &s, const Index &index)
 void start_loading(State &s, gpom_map_t &map)
 {
     Index &index = map.index;
-    gpom::forget_all(index);
-    map.keeper.n_provisional = 0;
+    gpom::drop_all(map);
     s.n_forgotten = index.n_forgotten;
     s.next_id = index.next_id;
     s.heap = index.spare.slots;
@@ -348,7 +322,7 @@ void start_loading(State &s, gpom_map_t &map)
 /// Put a beam into the next slot; without one, in place of the oldest, or nowhere if it is older.
 void place(State &s, Index &index, const Beam &beam)
 {
-    Heap heap = heap_of(s, index);
+    IdHeap heap = heap_of(s, index);
     if (s.n_placed < index.beam_max) {
         index.beams[s.n_placed] = beam;
         heap.push(s.n_placed);
@@ -452,7 +426,7 @@ void publish(State &s, gpom_map_t &map)
 /// Go through some of the beams in order of their ids, of which none may come twice.
 void order_some(State &s, gpom_map_t &map)
 {
-    Heap heap = heap_of(s, map.index);
+    IdHeap heap = heap_of(s, map.index);
     for (uint32_t i = 0; i < kBlockBeams && heap.n > 0; ++i) {
         const uint32_t slot = heap.pop();
         const uint32_t id = map.index.beams[slot].id;
@@ -471,18 +445,6 @@ void order_some(State &s, gpom_map_t &map)
 }
 
 // ---- steps -------------------------------------------------------------------------------------
-
-void check_one(State &s, gpom_map_t *map)
-{
-    const Found found = take_block(s, [](const Beam &) {});
-    if (found == Found::kNothing) {
-        give_up_slot(s);
-    } else if (found == Found::kCommit && s.is_write != 0) {
-        write_to(s, 1 - s.report.slot);
-    } else if (found == Found::kCommit) {
-        start_loading(s, *map);
-    }
-}
 
 void load_one(State &s, gpom_map_t &map)
 {
@@ -507,7 +469,9 @@ void read_one(State &s, gpom_map_t &map)
         look_for_latest(s);
         break;
     case kCheck:
-        check_one(s, &map);
+        if (check_one(s)) {
+            start_loading(s, map);
+        }
         break;
     case kLoad:
         load_one(s, map);
@@ -571,13 +535,7 @@ gpom_status_t gpom_snapshot_write_step(gpom_snapshot_t *snapshot, const gpom_map
         return GPOM_ERR_ARG;
     }
     for (uint32_t i = 0; i < n_blocks && is_active(*snapshot); ++i) {
-        if (snapshot->phase == kLatest) {
-            look_for_latest(*snapshot);
-        } else if (snapshot->phase == kCheck) {
-            check_one(*snapshot, nullptr);
-        } else {
-            write_one(*snapshot);
-        }
+        advance_writing(*snapshot);
     }
     return static_cast<gpom_status_t>(snapshot->status);
 }

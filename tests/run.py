@@ -3,9 +3,9 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit unit-sanitize c99 headers symbols tools tsan firmware lint; `base` is the first six,
-`extra` the rest. Called by make, which builds what they need first. A failure is printed with its
-output, a skip with its reason. Exit code 1 if anything failed or nothing passed.
+Suites: unit unit-sanitize c99 headers symbols tools tsan endian firmware lint; `base` is the first
+six, `extra` the rest. Called by make, which builds what they need first. A failure is printed with
+its output, a skip with its reason. Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
 program (valgrind, say; not before the one with sanitizers, which would not bear it).
 """
@@ -25,7 +25,7 @@ RESULTS = "build/test-results"
 SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
 BASE = ["unit", "unit-sanitize", "c99", "headers", "symbols", "tools"]
-EXTRA = ["tsan", "firmware", "lint"]
+EXTRA = ["tsan", "endian", "firmware", "lint"]
 
 HOST = "build/host-release"
 HEADER_CHECKS = {
@@ -173,6 +173,11 @@ def run_tsan(results):
               ["build/host-thread/tsan_tests"], show=True)
 
 
+def run_endian(results):
+    run_check(results, "endian: snapshots have the same bytes on a big-endian processor",
+              ["tests/endian/check.py"], show=True)
+
+
 def run_firmware(results):
     code, names = run(["tests/firmware/check.py", "--list"])
     if code != 0:
@@ -195,6 +200,7 @@ SUITES = {
     "symbols": run_symbols,
     "tools": run_pytest,
     "tsan": run_tsan,
+    "endian": run_endian,
     "firmware": run_firmware,
     "lint": run_lint,
 }

@@ -7,9 +7,9 @@
  *  Bytes are the same on every processor, whatever its byte order, lane width and instruction set.
  *
  *  Stored are the beams with their ids and witnesses, the counters, the clock, the frame epoch and
- *  the origin. Not stored: the configuration, which the map that reads has; KD-trees: after reading,
- *  all beams are searched one by one, exactly, until gpom_map_step() or gpom_map_build() indexes
- *  them; the low-resolution map: its cells are unknown and dirty. */
+ *  the origin. Not stored are the configuration, which the map that reads has; KD-trees: after
+ *  reading, all beams are searched one by one, exactly, until gpom_map_step() or gpom_map_build()
+ *  indexes them; and the low-resolution map, whose cells become unknown and dirty. */
 #ifndef GPOM_SNAPSHOT_H
 #define GPOM_SNAPSHOT_H
 
@@ -43,8 +43,8 @@ typedef struct {
      *  correction): try again yourself if it may pass. */
     gpom_status_t (*read)(void *ctx, uint32_t slot, uint32_t offset_bytes, uint8_t *block);
     /** Write one block. Offsets run from 0 on without gaps, and again from 0 when it starts over; a
-     *  flash erases its page when the first block of it comes. Blocks may reach the medium in any order until
-     *  `flush`. NULL if only read. */
+     *  flash erases its page when the first block of it comes. Blocks may reach the medium in any
+     *  order until `flush`. Not GPOM_OK: could not. NULL if only read. */
     gpom_status_t (*write)(void *ctx, uint32_t slot, uint32_t offset_bytes, const uint8_t *block);
     /** Return when all that was written to the slot stays without power (fsync); called once, at
      *  the end. NULL: `write` returns only then. */
@@ -53,7 +53,7 @@ typedef struct {
 
 /** What came of it; valid once `is_done`. */
 typedef struct {
-    uint64_t sequence;     /**< Number of the snapshot; each is one more than the newest found. */
+    uint64_t sequence;     /**< Number of the snapshot: greater than that of the newest found. */
     uint32_t slot;         /**< 0 or 1: where it is. */
     uint32_t n_beams;      /**< Beams written, or in the map after reading. */
     uint32_t n_dropped;    /**< Reading: beams that did not fit into a smaller map: the oldest. */
@@ -125,15 +125,16 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_read_begin(gpom_snapshot_t *
  *
  *  The map stays as it is until a snapshot has proved whole; then it is empty, and from the last
  *  step on it holds the snapshot's beams. It answers as the one that was written, bit for bit.
- *  Origin, counters and clock are replaced; new ids and epochs go on from the greater of both maps'.
- *  Beams that wait for confirmation go on waiting. Of more than beam_max beams the youngest are kept. A map
- *  read from the same bytes goes on in the same way each time.
+ *  Origin, counters and clock are replaced; new ids and epochs go on from the greater of both
+ *  maps'. Beams that wait for confirmation go on waiting. Of more than beam_max beams the youngest
+ *  are kept; of those that wait, the youngest beam_max / 16 + 8. A map read from the same bytes
+ *  goes on in the same way each time.
  *
  *  Errors  GPOM_ERR_ARG (not begun, another map, or a call changed it since its beams are being
  *          read), GPOM_ERR_FORMAT: neither slot holds a whole snapshot of this version. The map is
  *          as it was; empty if bytes changed between two reads or a forged snapshot repeats an id.
- *  Cost    per block as for writing, and 26 log2(beam_max) comparisons; the last one O(low-resolution
- *          cells), as gpom_map_clear(). */
+ *  Cost    per block as for writing, and 26 log2(beam_max) comparisons; the last one
+ *          O(low-resolution cells), as gpom_map_clear(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_read_step(gpom_snapshot_t *snapshot,
                                                               gpom_map_t *map, uint32_t n_blocks);
 
