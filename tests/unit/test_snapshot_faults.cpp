@@ -311,20 +311,26 @@ TEST_CASE("forged snapshots never make an invalid map")
     CHECK(n_taken < 3900);
 }
 
-// Two beams of one id are refused, though all checksums fit.
-TEST_CASE("a forged snapshot that repeats an id is refused")
+// Two beams of one id are refused, though all checksums fit, and so is an id that is yet to come.
+TEST_CASE("a forged snapshot that repeats an id or is ahead of its ids is refused")
 {
     GPOM_TELL_SEED();
     TestMap map(keeping_config(64));
     Medium medium(64);
     fill(map.get(), 470, 0, 60);
     REQUIRE(write_snapshot(map.get(), medium).status == GPOM_OK);
+    Medium ahead = medium;
+    const std::size_t next_id_at = 5 * kBlock + 28;
+    REQUIRE(number_at(ahead.slots[0], next_id_at, 4) == beams_of(map.get()).back().id + 1);
+    set_number(ahead.slots[0], next_id_at, 4, 3);
+    mend(ahead.slots[0], 6);
     const std::uint64_t id = number_at(medium.slots[0], 20 + 24, 4);
     set_number(medium.slots[0], 2 * kBlock + 20 + 36 + 24, 4, id);
     mend(medium.slots[0], 6);
     Reader reader(keeping_config(64));
     CHECK(reader.read(medium).status == GPOM_ERR_FORMAT);
     CHECK(gpom_map_beam_count(reader.map()) == 0);
+    CHECK(reader.read(ahead).status == GPOM_ERR_FORMAT);
 }
 
 // A callback that cannot write is reported, and the older snapshot stays; one that cannot read
