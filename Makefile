@@ -45,8 +45,9 @@ MAKE := $(MAKE) --no-print-directory
 
 CPU_cortex-m7 := -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16
 CPU_cortex-m4 := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
+CPU_s390x     := -march=z196
 ifneq ($(CROSS),)
-CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7 or cortex-m4))
+CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4 or s390x))
 MODE_arm  := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-unwind-tables \
              -fstack-usage -fcallgraph-info=su
 endif
@@ -87,6 +88,7 @@ TOOL_SRC  := $(wildcard tools/gpom_*.cpp)
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
 TEST_OBJ  := $(call objects,$(wildcard tests/unit/*.cpp tests/property/*.cpp))
+ENDIAN_OBJ := $(call objects,$(wildcard tests/endian/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
@@ -132,6 +134,7 @@ test-all: $(if $(SKIP_BASE),,test-programs)
 test-all: build/setup/lint firmware fuzzers ## Run `test`, firmware, fuzz, lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 	$(Q)$(MAKE) CONFIG=thread tsan
+	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
 lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
@@ -152,13 +155,14 @@ test-firmware: firmware ## Run the image in QEMU: result, instruction counts, si
 	$(Q)$(RUN_TESTS) firmware
 
 clean: ## Remove what was built, keep the installed Python environment
-	$(Q)rm -rf build/host-* build/arm-none-eabi-*
+	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/s390x-linux-gnu-*
 
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools codec demo results fuzz test test-all lint format check-symbols firmware \
-        test-firmware clean distclean test-programs unit tsan codec-tests fuzzers firmware-image FORCE
+        test-firmware clean distclean test-programs unit tsan endian codec-tests fuzzers \
+        firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -176,6 +180,13 @@ tsan: $(BUILD)/tsan_tests
 
 fuzzers: $(FUZZERS)
 
+# Without fused operations, as on the host, so that the same scans give the same map.
+BIG_ENDIAN := CROSS=s390x-linux-gnu- CPU=s390x FMA=0
+endian: $(BUILD)/snapshot_bytes
+	$(Q)if tools/setup endian; then \
+	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; \
+	else echo "no big-endian toolchain: its test will be skipped"; fi
+
 codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 
 firmware-image: $(BUILD)/gpom_demo.elf $(BUILD)/libgpom_codec.a build/host-release/libicount.so
@@ -190,9 +201,9 @@ $(BUILD)/flags: FORCE
 	@echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' | cmp -s - $@ || \
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
-$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(PORT_OBJ) \
-    $(CODEC_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
-    $(BUILD)/flags | build/setup/$(if $(CROSS),firmware,base)
+$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
+    $(PORT_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
+    $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
 
@@ -204,7 +215,7 @@ endef
 
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS))
-$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ): $(BUILD)/obj/%.o: %.cpp
+$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
@@ -270,6 +281,9 @@ $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
+$(BUILD)/snapshot_bytes: $(ENDIAN_OBJ) $(BUILD)/obj/tools/lib/snapshot_file.o $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) $(if $(CROSS),-static) -o $@ $^
 $(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^

@@ -163,6 +163,13 @@ void decide(gpom_map &map, uint32_t i_beam)
 
 } // namespace
 
+void drop_all(gpom_map &map)
+{
+    forget_all(map.index);
+    map.keeper.n_provisional = 0;
+    map.keeper.hand = 0;
+}
+
 void mark_beam(gpom_map &map, const Beam &beam)
 {
     const float length_m = beam.range_m + map.config.params.depth_m;
@@ -205,12 +212,6 @@ uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2)
     }
     ++(beam.returned != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
     return slot;
-}
-
-void forget_all(Keeper &keeper)
-{
-    keeper.n_provisional = 0;
-    keeper.hand = 0;
 }
 
 void settle(gpom_map &map)

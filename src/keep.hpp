@@ -60,9 +60,6 @@ constexpr uint32_t provisional_capacity(uint32_t beam_max) { return beam_max / 1
 /// sure: its place is known to a fraction of keep_m.
 void consider(gpom_map &map, const Beam &beam, bool sure);
 
-/// Forget which beams are provisional; goes with forget_all() of the index.
-void forget_all(Keeper &keeper);
-
 /// Settle the beams that still wait.
 void settle(gpom_map &map);
 
@@ -74,6 +71,9 @@ uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2);
 void drop_hit(gpom_map &map, uint32_t slot);
 void drop_free(gpom_map &map, uint32_t slot);
 void drop_beam(gpom_map &map, uint32_t slot);
+
+/// Take all beams away, and with them those that wait; the low-resolution map is not told.
+void drop_all(gpom_map &map);
 
 /// Tell the low-resolution map that a beam came, goes or counts anew.
 void mark_beam(gpom_map &map, const Beam &beam);

@@ -127,8 +127,7 @@ gpom_status_t gpom_map_clear(gpom_map_t *map)
     if (!gpom::is_map(map)) {
         return GPOM_ERR_ARG;
     }
-    gpom::forget_all(map->index);
-    gpom::forget_all(map->keeper);
+    gpom::drop_all(*map);
     gpom::lowres_clear(map->lowres);
     return GPOM_OK;
 }

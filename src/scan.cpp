@@ -27,9 +27,6 @@ constexpr float kSureShare = 0.25f;
 /// time for ever.
 constexpr uint32_t kGoldenRatio = 2654435769u;
 
-/// Beyond this excess a beam's points have no say; keeps the noise finite.
-constexpr float kExcessMax = 1e9f;
-
 // Written so that a NaN fails.
 bool is_within(double x, double limit) { return x >= -limit && x <= limit; }
 
@@ -187,8 +184,8 @@ float excess_of(const gpom_map &map, float var_m2)
     const float k_product =
         gpom::covariance_on_axis(params, 0.0f, 0.0f) * gpom::covariance_on_axis(params, sd_m, sd_m);
     const float rho2 = k * k / k_product;
-    if (!(rho2 > 1.0f / kExcessMax)) {
-        return kExcessMax;
+    if (!(rho2 > 1.0f / gpom::kExcessMax)) {
+        return gpom::kExcessMax;
     }
     return gpom::lane::max(1.0f / rho2 - 1.0f, 0.0f);
 }

@@ -19,6 +19,8 @@ const char *gpom_status_str(gpom_status_t status)
         return "a stored record is damaged, or of a version not known";
     case GPOM_ERR_BUSY:
         return "what was to be read kept changing meanwhile";
+    case GPOM_ERR_IO:
+        return "a callback could not write";
     }
     return "unknown status";
 }

@@ -147,7 +147,8 @@ bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at)
     return along > 0.0f && to_go > keep_m && across < width && beam.id < map.keeper.scan_first_id;
 }
 
-/// Visit the free segments that a place lies on; visit(slot) tells whether to go on.
+/// Visit the free segments that a place lies on; visit(slot) tells whether to go on. Also while
+/// hits are walked.
 template <class Visit> void for_each_free_at(gpom_map &map, const Point &at, const Visit &visit)
 {
     const float reach_m = kPassWidth * map.config.keep_m;

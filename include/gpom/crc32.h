@@ -7,19 +7,30 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** CRC-32 of n_bytes bytes; 0 for none. Bit by bit, 8 steps a byte: tables cost flash. In the
- *  header, so that core and ports share it without one linking the other. */
-static inline uint32_t gpom_crc32(const uint8_t *bytes, size_t n_bytes)
+/** The CRC-32 of the bytes so far, whose own is `crc_so_far` (0 for none), and of those that follow.
+ *  Four bits at a time: a table of 64 bytes, 2 steps a byte. In the header, so that core and ports
+ *  share it without one linking the other. */
+static inline uint32_t gpom_crc32_continue(uint32_t crc_so_far, const uint8_t *bytes,
+                                           size_t n_bytes)
 {
-    uint32_t crc = UINT32_MAX;
+    /* What four steps of the shift register make of its low four bits. */
+    static const uint32_t table[16] = {0x00000000u, 0x1db71064u, 0x3b6e20c8u, 0x26d930acu,
+                                       0x76dc4190u, 0x6b6b51f4u, 0x4db26158u, 0x5005713cu,
+                                       0xedb88320u, 0xf00f9344u, 0xd6d6a3e8u, 0xcb61b38cu,
+                                       0x9b64c2b0u, 0x86d3d2d4u, 0xa00ae278u, 0xbdbdf21cu};
+    uint32_t crc = ~crc_so_far;
     for (size_t i = 0; i < n_bytes; ++i) {
         crc ^= bytes[i];
-        for (int bit = 0; bit < 8; ++bit) {
-            const uint32_t polynomial = (crc & 1u) != 0 ? UINT32_C(0xedb88320) : 0u;
-            crc = (crc >> 1) ^ polynomial;
-        }
+        crc = (crc >> 4) ^ table[crc & 15u];
+        crc = (crc >> 4) ^ table[crc & 15u];
     }
     return ~crc;
+}
+
+/** CRC-32 of n_bytes bytes; 0 for none. */
+static inline uint32_t gpom_crc32(const uint8_t *bytes, size_t n_bytes)
+{
+    return gpom_crc32_continue(0, bytes, n_bytes);
 }
 
 #endif

@@ -222,6 +222,32 @@ TEST_CASE("clear keeps counters and ids go on growing")
     CHECK(map.stats().scans_inserted == before.scans_inserted + 1);
 }
 
+// Beams that wait for confirmation are forgotten with the others: those that wait later are no
+// longer driven out of slots that are not in use.
+TEST_CASE("clear forgets who waits for confirmation")
+{
+    gpom_config_t config = config_of(params_of(GPOM_KERNEL_MATERN12), 400);
+    config.keep_m = 0.1f;
+    config.clear_scans = 2;
+    TestMap map(config);
+    std::int64_t n_scans = 0;
+    const auto insert = [&](std::size_t n_beams, float range_m) {
+        TestScan scan;
+        scan.angle_step_rad = 0.05;
+        scan.stamp_us = 100000 * ++n_scans;
+        scan.ranges_m.assign(n_beams, range_m);
+        REQUIRE(scan.insert_into(map.get()) == GPOM_OK);
+    };
+    insert(50, 20.0f);
+    insert(50, 10.0f); // on free segments: these wait
+    REQUIRE(gpom_map_beam_count(map.get()) > 60);
+    REQUIRE(gpom_map_clear(map.get()) == GPOM_OK);
+    insert(5, 20.0f);
+    insert(5, 10.0f);
+    CHECK(gpom_map_beam_count(map.get()) == 10);
+    CHECK(gpom_map_slot_count(map.get()) == 10);
+}
+
 // A cleared and refilled map answers as a new one does.
 TEST_CASE("a cleared map answers like a new one")
 {
@@ -279,7 +305,7 @@ TEST_CASE("version and status texts")
     std::vector<std::string> texts;
     for (const gpom_status_t status :
          {GPOM_OK, GPOM_ERR_ARG, GPOM_ERR_MEM, GPOM_ERR_PARAMS, GPOM_ERR_REACH, GPOM_ERR_PIVOT,
-          GPOM_ERR_FORMAT, GPOM_ERR_BUSY, static_cast<gpom_status_t>(1)}) {
+          GPOM_ERR_FORMAT, GPOM_ERR_BUSY, GPOM_ERR_IO, static_cast<gpom_status_t>(1)}) {
         texts.emplace_back(gpom_status_str(status));
         CHECK_FALSE(texts.back().empty());
     }
