@@ -1,7 +1,6 @@
 #include "src/snapshot_format.hpp"
 
 #include "gpom/crc32.h"
-
 #include "src/assert.hpp"
 #include "src/id_heap.hpp"
 #include "src/map.hpp"
