@@ -12,6 +12,9 @@ EXEC   ?=
 SEED   ?=
 LOG    ?=
 DATA   ?= ../shared/data
+LCM_GEN ?= lcm-gen
+FUZZ_RUNS    ?=
+FUZZ_SECONDS ?=
 V      ?=
 SKIP_BASE ?=
 comma  := ,
@@ -70,6 +73,9 @@ CORE_FLAGS := -std=c++17 $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef
 TOOL_LIBS  := -lz -loctomap -loctomath
 HOST_FLAGS := -std=c++17 $(COMMON) -pthread $(CXXFLAGS)
 C99_FLAGS  := -std=c99 -pedantic-errors $(COMMON) $(CFLAGS)
+# The codec is part of the firmware: the same rules as for the core, in C.
+CODEC_FLAGS := -std=c99 -pedantic-errors $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \
+               -ffunction-sections -fdata-sections -fvisibility=hidden $(CFLAGS)
 PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
               -ffunction-sections -fdata-sections $(CFLAGS)
 
@@ -86,6 +92,14 @@ ENDIAN_OBJ := $(call objects,$(wildcard tests/endian/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
+CODEC_SRC := $(wildcard ports/codec/*.c)
+CODEC_OBJ := $(call objects,$(CODEC_SRC))
+FUZZERS   := $(patsubst tests/fuzz/%.cpp,build/host-fuzz/%,$(wildcard tests/fuzz/*.cpp))
+FUZZ_FLAGS := -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
+              -I$(CURDIR)/include -I$(CURDIR)
+CODEC_TEST_SRC := $(filter-out tests/codec/codec_echo.cpp,$(wildcard tests/codec/*.cpp))
+CODEC_TEST_OBJ := $(call objects,$(CODEC_TEST_SRC))
+CODEC_ECHO_OBJ := $(call objects,tests/codec/codec_echo.cpp)
 TOOLS     := $(subst _,-,$(TOOL_SRC:tools/%.cpp=$(BUILD)/%))
 SCRIPT_SRC := $(wildcard tools/gpom_*.py) tools/exact_gp.py
 SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
@@ -95,22 +109,29 @@ SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
 help: ## List the targets
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
 	    awk -F '|' '{ printf "  %-15s %s\n", $$1, $$2 }'
-	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA LOG DATA SKIP_BASE"
+	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA LOG DATA SKIP_BASE FUZZ_RUNS" \
+	    "FUZZ_SECONDS"
 
 lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the library
 
 tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
 
-results: tools ## Judge all methods on all logs of DATA and on streets: RESULTS.md (minutes)
+results: tools build/setup/results ## Judge all methods, logs of DATA, streets: RESULTS.md (minutes)
 	$(Q)$(BUILD)/gpom-results --build $(BUILD) --data $(DATA) --out RESULTS.md
+
+codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS= for firmware)
 
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
 
+fuzz: fuzzers ## Fuzz each decoder: FUZZ_RUNS inputs, or FUZZ_SECONDS
+	$(Q)$(RUN_TESTS) fuzz
+
 test: test-programs ## Run the tests of library and tools (unit also under ASan and UBSan)
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
-test-all: $(if $(SKIP_BASE),,test-programs) build/setup/lint firmware ## Run `test`, firmware, lint
+test-all: $(if $(SKIP_BASE),,test-programs)
+test-all: build/setup/lint firmware fuzzers ## Run `test`, firmware, fuzz, lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(MAKE) endian
@@ -122,8 +143,9 @@ lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and c
 format: build/setup/lint ## Format all C and C++ sources in place
 	$(Q)python3 tools/lint.py reformat
 
-check-symbols: lib ## Fail on any heap, libc or global-state symbol in the library
+check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in library or codec
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom.a
+	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
 
 firmware: build/setup/firmware ## Build library and demo image for CPU (cortex-m7, cortex-m4)
 	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=$(CPU) firmware-image
@@ -138,17 +160,19 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools demo results test test-all lint format check-symbols firmware \
-        test-firmware clean distclean test-programs unit tsan endian firmware-image FORCE
+.PHONY: help lib tools codec demo results fuzz test test-all lint format check-symbols firmware \
+        test-firmware clean distclean test-programs unit tsan endian codec-tests \
+        fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
 
 RUN_TESTS = SEED=$(SEED) EXEC="$(EXEC)" GPOM_DATA=$(abspath $(DATA)) \
-            GPOM_BUILD=$(abspath build/host-release) python3 tests/run.py
+            GPOM_BUILD=$(abspath build/host-release) FUZZ_RUNS=$(FUZZ_RUNS) \
+            FUZZ_SECONDS=$(FUZZ_SECONDS) python3 tests/run.py
 
-test-programs: lib tools unit $(BUILD)/api_c99 build/setup/python
-	$(Q)$(MAKE) CONFIG=sanitize unit
+test-programs: lib tools unit codec-tests $(BUILD)/api_c99 build/setup/python
+	$(Q)$(MAKE) CONFIG=sanitize unit codec-tests
 
 unit: $(BUILD)/unit_tests
 
@@ -161,9 +185,14 @@ endian: $(BUILD)/snapshot_bytes
 	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; \
 	else echo "no big-endian toolchain: its test will be skipped"; fi
 
-firmware-image: $(BUILD)/gpom_demo.elf build/host-release/libicount.so
+fuzzers: $(FUZZERS)
 
-build/setup/%: tools/setup tools/requirements.txt
+codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
+
+firmware-image: $(BUILD)/gpom_demo.elf $(BUILD)/libgpom_codec.a build/host-release/libicount.so
+
+build/setup/results: build/setup/python
+build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt
 	$(Q)tools/setup $*
 
 # Objects are made again when a flag changes, not only when a file does.
@@ -173,9 +202,10 @@ $(BUILD)/flags: FORCE
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
 $(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
-    $(PORT_OBJ): \
+    $(PORT_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
+$(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
 
 define compile # compiler and flags
 	@mkdir -p $(@D)
@@ -189,6 +219,10 @@ $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ): $(BUILD)/obj/%.o
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
+$(CODEC_OBJ): $(BUILD)/obj/%.o: %.c
+	$(call compile,$(CC) $(CODEC_FLAGS))
+$(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): $(BUILD)/obj/%.o: %.cpp
+	$(call compile,$(CXX) $(HOST_FLAGS) -isystem $(BUILD)/lcm)
 $(PORT_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(PORT_FLAGS))
 
@@ -203,6 +237,38 @@ $(BUILD)/libgpom.so: $(CORE_OBJ)
 $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CC) $(MODE) -o $@ $^ -lm
+
+# What lcm-gen makes of lcmtypes/, for tests only; the prefix keeps its gpom_map_t from ours.
+LCM_TYPES := $(wildcard lcmtypes/*.lcm)
+LCM_OBJ   := $(LCM_TYPES:lcmtypes/%.lcm=$(BUILD)/lcm/peer_%.o)
+$(BUILD)/lcm/stamp: $(LCM_TYPES) | build/setup/lcm
+	$(if $(V),,@echo "  LCM  $(@D)")
+	$(Q)rm -rf $(@D) && mkdir -p $(@D)
+	$(Q)$(LCM_GEN) --package-prefix peer -c --c-no-pubsub --c-cpath $(@D) --c-hpath $(@D) \
+	    -x --cpp-hpath $(@D) $(LCM_TYPES)
+	$(Q)$(LCM_GEN) -p --ppath $(@D)/python $(LCM_TYPES)
+	$(Q)touch $@
+$(LCM_OBJ): $(BUILD)/lcm/%.o: $(BUILD)/lcm/stamp
+	$(Q)$(CC) -std=gnu99 -O2 -g -w -c $(@:.o=.c) -o $@
+
+$(BUILD)/libgpom_codec.a: $(CODEC_OBJ)
+	$(if $(V),,@echo "  AR   $@")
+	$(Q)rm -f $@ && $(AR) crs $@ $^
+$(BUILD)/codec_tests: $(CODEC_TEST_OBJ) $(BUILD)/obj/tests/unit/main.o $(LCM_OBJ) \
+    $(BUILD)/libgpom_codec.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
+$(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)/libgpom_codec.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
+
+# Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
+$(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SRC) \
+    $(wildcard ports/codec/*.h tests/codec/*.hpp include/gpom/*.h) | build/setup/fuzz
+	@mkdir -p $(@D)/$*_obj
+	$(if $(V),,@echo "  FUZZ $@")
+	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(CODEC_SRC))
+	$(Q)clang++ -std=c++17 $(FUZZ_FLAGS) -o $@ $< tests/codec/types.cpp $(@D)/$*_obj/*.o -lz
 
 .SECONDEXPANSION: # gpom-some-tool is made from tools/gpom_some_tool.cpp
 $(TOOLS): $(BUILD)/%: $(BUILD)/obj/tools/$$(subst -,_,$$*).o $(TOOLS_LIB) $(BUILD)/libgpom.a

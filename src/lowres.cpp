@@ -30,7 +30,9 @@ bool has_cell_numbers(double origin_m, double cell_m)
 // In double, where the products are exact.
 uint32_t quantised_probability(float probability)
 {
-    return static_cast<uint32_t>(static_cast<double>(probability) * kProbabilitySteps + 0.5);
+    const double steps = static_cast<double>(probability) * kProbabilitySteps;
+    const uint32_t whole = static_cast<uint32_t>(steps);
+    return steps - static_cast<double>(whole) < 0.5 ? whole : whole + 1;
 }
 
 /// Rounded up, so that nothing looks surer than it is.

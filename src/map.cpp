@@ -50,6 +50,9 @@ gpom_status_t check_config(const gpom_config_t *config)
     if (!keep_ok) {
         return GPOM_ERR_ARG;
     }
+    if (config->rebase_m > 0.0f && config->params.frame == GPOM_FRAME_MAP) {
+        return GPOM_ERR_ARG; // answers would depend on where the origin is
+    }
     if (!is_finite(config->origin_x_m) || !is_finite(config->origin_y_m)) {
         return GPOM_ERR_ARG;
     }
@@ -73,7 +76,7 @@ void carve_arrays(gpom_map &map, const gpom::MapLayout &layout)
         *trees[i_tree] = {index.beams, gpom::carve<gpom::Box>(mem, layout.boxes[i_tree]),
                           gpom::carve<uint32_t>(mem, layout.slots[i_tree]), 0, 0};
     }
-    map.keeper.provisional = gpom::carve<uint32_t>(mem, layout.provisional);
+    map.keeper.provisional = gpom::carve<gpom::Waiting>(mem, layout.provisional);
     map.keeper.provisional_max = gpom::provisional_capacity(map.config.beam_max);
 }
 
@@ -124,7 +127,8 @@ gpom_status_t gpom_map_clear(gpom_map_t *map)
     if (!gpom::is_map(map)) {
         return GPOM_ERR_ARG;
     }
-    gpom::drop_all(*map);
+    gpom::forget_all(map->index);
+    gpom::forget_all(map->keeper);
     gpom::lowres_clear(map->lowres);
     return GPOM_OK;
 }

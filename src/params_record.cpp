@@ -1,6 +1,6 @@
 #include "gpom/params.h"
 
-#include "src/crc32.hpp"
+#include "gpom/crc32.h"
 #include "src/little_endian.hpp"
 
 using gpom::Decoder;
@@ -11,7 +11,7 @@ namespace
 {
 
 constexpr uint32_t kMagic = 0x504d5047; // "GPMP" in the order of the bytes
-constexpr uint16_t kVersion = 1;
+constexpr uint16_t kVersion = 2;        // 1 knew no fade_m
 
 /// The float fields in the record's order, which never changes within a version.
 constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
@@ -31,19 +31,22 @@ constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
                                              &gpom_params_t::log_hit_first,
                                              &gpom_params_t::log_hit_last,
                                              &gpom_params_t::log_free_first,
-                                             &gpom_params_t::log_free_last};
+                                             &gpom_params_t::log_free_last,
+                                             &gpom_params_t::fade_m};
 constexpr uint16_t gpom_params_t::*kCounts[] = {&gpom_params_t::n_hits, &gpom_params_t::n_free,
                                                 &gpom_params_t::scan_points_max};
 
 // magic, version, kernel, frame, counts, floats, CRC
-constexpr size_t kFloatsAt = 4 + 2 + 1 + 1 + 2 * 3;
-static_assert(kFloatsAt + 4 * 18 + 4 == GPOM_PARAMS_RECORD_BYTES, "the header says another size");
-static_assert(sizeof kFloats / sizeof kFloats[0] == 18, "a field is missing");
+constexpr size_t kHeadBytes = 4 + 2;
+constexpr size_t kFloatsAt = kHeadBytes + 1 + 1 + 2 * 3;
+static_assert(kFloatsAt + 4 * 19 + 4 == GPOM_PARAMS_RECORD_BYTES, "the header says another size");
+static_assert(sizeof kFloats / sizeof kFloats[0] == 19, "a field is missing");
 
 const char *problem_of_record(const uint8_t *record, size_t record_bytes)
 {
-    if (record_bytes != GPOM_PARAMS_RECORD_BYTES) {
-        return "record: not of GPOM_PARAMS_RECORD_BYTES";
+    constexpr const char *kWrongSize = "record: not of GPOM_PARAMS_RECORD_BYTES";
+    if (record_bytes < kHeadBytes) {
+        return kWrongSize;
     }
     Decoder from = {record};
     if (take<uint32_t>(from) != kMagic) {
@@ -52,8 +55,11 @@ const char *problem_of_record(const uint8_t *record, size_t record_bytes)
     if (take<uint16_t>(from) != kVersion) {
         return "version: not one this library knows";
     }
+    if (record_bytes != GPOM_PARAMS_RECORD_BYTES) {
+        return kWrongSize;
+    }
     Decoder crc_from = {record + GPOM_PARAMS_RECORD_BYTES - 4};
-    if (take<uint32_t>(crc_from) != gpom::crc32(record, GPOM_PARAMS_RECORD_BYTES - 4)) {
+    if (take<uint32_t>(crc_from) != gpom_crc32(record, GPOM_PARAMS_RECORD_BYTES - 4)) {
         return "crc: does not fit the record, which is damaged";
     }
     return nullptr;
@@ -63,7 +69,7 @@ gpom_params_t unpack(const uint8_t *record)
 {
     gpom_params_t params;
     gpom_params_init(&params);
-    Decoder from = {record + 6};
+    Decoder from = {record + kHeadBytes};
     params.kernel = take<uint8_t>(from);
     params.frame = take<uint8_t>(from);
     for (const auto field : kCounts) {
@@ -97,7 +103,7 @@ gpom_status_t gpom_params_save(const gpom_params_t *params, uint8_t *record)
     for (const auto field : kFloats) {
         to(params->*field);
     }
-    to(gpom::crc32(record, GPOM_PARAMS_RECORD_BYTES - 4));
+    to(gpom_crc32(record, GPOM_PARAMS_RECORD_BYTES - 4));
     return GPOM_OK;
 }
 

@@ -1,7 +1,7 @@
+#include "gpom/crc32.h"
 #include "src/snapshot_format.hpp"
 
 #include "src/assert.hpp"
-#include "src/crc32.hpp"
 #include "src/id_heap.hpp"
 #include "src/map.hpp"
 
@@ -66,7 +66,7 @@ bool read_block(State &s, uint32_t slot, BlockHead &head)
 /// The block that stands in s.block is behind us.
 void pass_block(State &s)
 {
-    s.blocks_crc = gpom::crc32_continue(s.blocks_crc, s.block + gpom::kCrcAt, 4);
+    s.blocks_crc = gpom_crc32_continue(s.blocks_crc, s.block + gpom::kCrcAt, 4);
     ++s.i_block;
 }
 
@@ -309,7 +309,8 @@ bool is_untouched(const State &s, const Index &index)
 void start_loading(State &s, gpom_map_t &map)
 {
     Index &index = map.index;
-    gpom::drop_all(map);
+    gpom::forget_all(index);
+    gpom::forget_all(map.keeper);
     s.n_forgotten = index.n_forgotten;
     s.next_id = index.next_id;
     s.heap = index.spare.slots;
@@ -371,11 +372,11 @@ void list(State &s, gpom_map_t &map, uint32_t slot)
     const Beam &beam = index.beams[slot];
     index.recent[beam.id % index.recent_max] = slot;
     if (beam.has_hit != 0 && beam.provisional != 0) {
-        uint32_t &entry = map.keeper.provisional[s.n_provisional % map.keeper.provisional_max];
+        gpom::Waiting &entry = map.keeper.provisional[s.n_provisional % map.keeper.provisional_max];
         if (s.n_provisional >= map.keeper.provisional_max) {
-            drop(s, index, entry);
+            drop(s, index, entry.slot);
         }
-        entry = slot;
+        entry = {slot, beam.id};
         ++s.n_provisional;
     }
 }

@@ -1,7 +1,7 @@
 #include "src/snapshot_format.hpp"
 
+#include "gpom/crc32.h"
 #include "src/assert.hpp"
-#include "src/crc32.hpp"
 #include "src/index.hpp"
 
 namespace gpom
@@ -106,13 +106,13 @@ void seal_block(uint8_t *block, const BlockHead &head)
     to(head.index);
     GPOM_ASSERT(to.at == block + kBodyAt);
     Encoder crc_to = {block + kCrcAt};
-    crc_to(crc32(block, kCrcAt));
+    crc_to(gpom_crc32(block, kCrcAt));
 }
 
 bool open_block(const uint8_t *block, BlockHead &head)
 {
     Decoder crc_from = {block + kCrcAt};
-    if (take<uint32_t>(crc_from) != crc32(block, kCrcAt)) {
+    if (take<uint32_t>(crc_from) != gpom_crc32(block, kCrcAt)) {
         return false;
     }
     Decoder from = {block};

@@ -3,11 +3,14 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit unit-sanitize c99 headers symbols tools tsan endian firmware lint; `base` is the first
-six, `extra` the rest. Called by make, which builds what they need first. A failure is printed with
-its output, a skip with its reason. Exit code 1 if anything failed or nothing passed.
+Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools tsan endian firmware fuzz
+lint; `base` is the first eight, `extra` the rest. Called by make, which builds what they need
+first. A failure is printed with its output, a skip with its reason. Exit code 1 if anything failed
+or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
-program (valgrind, say; not before the one with sanitizers, which would not bear it).
+program (valgrind, say; not before the one with sanitizers, which would not bear it). FUZZ_RUNS is
+the number of inputs each fuzzer tries, from its fixed seed; FUZZ_SECONDS, if given, makes it run so
+long instead, from the tests' seed.
 """
 import argparse
 import glob
@@ -24,10 +27,13 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 RESULTS = "build/test-results"
 SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
-BASE = ["unit", "unit-sanitize", "c99", "headers", "symbols", "tools"]
-EXTRA = ["tsan", "endian", "firmware", "lint"]
+BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools"]
+EXTRA = ["tsan", "endian", "firmware", "fuzz", "lint"]
+FUZZ_SEED = 1
+FUZZ_RUNS = 100_000
 
 HOST = "build/host-release"
+SANITIZE = "build/host-sanitize"
 HEADER_CHECKS = {
     "C99": "cc -std=c99 -pedantic-errors -Wall -Wextra -Werror -x c",
     "C++17": "c++ -std=c++17 -pedantic-errors -Wall -Wextra -Werror -x c++",
@@ -58,14 +64,14 @@ def indented(text):
     return "\n".join("        " + line for line in text.rstrip().splitlines())
 
 
-def run(command):
+def run(command, timeout_s=TIMEOUT_S):
     """(exit code, output) of a command; a hang is a failure."""
     try:
         done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=TIMEOUT_S, check=False)
+                              stderr=subprocess.STDOUT, timeout=timeout_s, check=False)
     except subprocess.TimeoutExpired as late:
         output = (late.stdout or b"").decode(errors="replace")
-        return 1, output + f"\nstopped after {TIMEOUT_S} s"
+        return 1, output + f"\nstopped after {timeout_s} s"
     except OSError as error:
         return 1, str(error)
     return done.returncode, done.stdout.decode(errors="replace")
@@ -118,9 +124,9 @@ def run_check(results, name, command, show=False):
         results.fail(name, f"exit code {code}: {shlex.join(command)}\n{output}")
 
 
-def run_doctest(results, suite, folder, before=""):
+def run_doctest(results, suite, program, before=""):
     report = f"{RESULTS}/{suite}.xml"
-    command = [f"{folder}/unit_tests", "--reporters=junit", f"--out={report}"]
+    command = [program, "--reporters=junit", f"--out={report}"]
     run_junit(results, suite, shlex.split(before) + command, report)
 
 
@@ -132,10 +138,10 @@ def run_headers(results):
     headers = sorted(glob.glob("include/gpom/*.h"))
     if not headers:
         results.fail("headers", "include/gpom holds no header")
-    for header in headers:
+    for header in [*headers, *sorted(glob.glob("ports/codec/*.h"))]:
         for language, compiler in HEADER_CHECKS.items():
             run_check(results, f"headers: {header} compiles alone as {language}",
-                      compiler.split() + ["-fsyntax-only", "-Iinclude", "-include", header,
+                      compiler.split() + ["-fsyntax-only", "-Iinclude", "-I.", "-include", header,
                                           "/dev/null"])
     run_check(results, "headers: README's example compiles as C99",
               HEADER_CHECKS["C99"].split() + ["-fsyntax-only", "-Iinclude", readme_example()])
@@ -155,6 +161,8 @@ def readme_example():
 def run_symbols(results):
     run_check(results, "symbols: the library has no heap, libc or global state",
               ["tools/check_symbols.py", f"{HOST}/libgpom.a"])
+    run_check(results, "symbols: the codec has no heap, libc or global state",
+              ["tools/check_symbols.py", f"{HOST}/libgpom_codec.a"])
     run_check(results, "symbols: the shared library exports gpom_* and nothing else",
               ["tools/check_symbols.py", "--exports", f"{HOST}/libgpom.so"])
 
@@ -187,14 +195,46 @@ def run_firmware(results):
         run_check(results, f"firmware: {name}", ["tests/firmware/check.py", name], show=True)
 
 
+def fuzz_targets(results):
+    """(name, command) of every fuzzer: one for each type of message, and the receiver."""
+    code, types = run(["env", "FUZZ_TYPE=list", "build/host-fuzz/fuzz_messages"])
+    if code != 0:
+        results.fail("fuzz: list of types", types)
+        return
+    for name in types.split():
+        yield name, ["env", f"FUZZ_TYPE={name}", "build/host-fuzz/fuzz_messages"]
+    yield "receiver", ["build/host-fuzz/fuzz_receiver"]
+
+
+def run_fuzz(results):
+    seconds = int(os.environ.get("FUZZ_SECONDS") or 0)
+    limits = ([f"-max_total_time={seconds}", f"-seed={os.environ['GPOM_SEED']}"] if seconds else
+              [f"-runs={os.environ.get('FUZZ_RUNS') or FUZZ_RUNS}", f"-seed={FUZZ_SEED}"])
+    os.makedirs(RESULTS, exist_ok=True)
+    for name, command in fuzz_targets(results):
+        code, output = run([*command, *limits, "-max_len=2048", "-len_control=0",
+                            f"-artifact_prefix={RESULTS}/fuzz-{name}-"], seconds + TIMEOUT_S)
+        if code == 0:
+            results.ok()
+            print(f"ok      fuzz: {name}: {output.strip().splitlines()[-1]}")
+        else:
+            results.fail(f"fuzz: {name}", f"exit code {code}\n{output[-4000:]}")
+
+
 def run_lint(results):
     for what in "format", "rules", "tidy":
         run_check(results, f"lint: {what}", ["tools/lint.py", what])
 
 
 SUITES = {
-    "unit": lambda results: run_doctest(results, "unit", HOST, os.environ.get("EXEC", "")),
-    "unit-sanitize": lambda results: run_doctest(results, "unit-sanitize", "build/host-sanitize"),
+    "unit": lambda results: run_doctest(results, "unit", f"{HOST}/unit_tests",
+                                        os.environ.get("EXEC", "")),
+    "unit-sanitize": lambda results: run_doctest(results, "unit-sanitize",
+                                                 f"{SANITIZE}/unit_tests"),
+    "codec": lambda results: run_doctest(results, "codec", f"{HOST}/codec_tests",
+                                         os.environ.get("EXEC", "")),
+    "codec-sanitize": lambda results: run_doctest(results, "codec-sanitize",
+                                                  f"{SANITIZE}/codec_tests"),
     "c99": run_c99,
     "headers": run_headers,
     "symbols": run_symbols,
@@ -202,6 +242,7 @@ SUITES = {
     "tsan": run_tsan,
     "endian": run_endian,
     "firmware": run_firmware,
+    "fuzz": run_fuzz,
     "lint": run_lint,
 }
 

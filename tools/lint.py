@@ -207,7 +207,7 @@ def tidy_one(path):
              "-DGPOM_LANES=4", "-DGPOM_FMA=0", "-DGPOM_ASSERTS=1"]
     if path.endswith(".c"):
         flags += ["-std=c99", "-Wno-invalid-noreturn"]
-        if path not in HOST_SIDE:
+        if path.startswith("ports/cortex_m/") and path not in HOST_SIDE:
             flags += ["--target=arm-none-eabi", "-mcpu=cortex-m7", "-ffreestanding"]
     else:
         flags += ["-std=c++17", "-fno-exceptions", "-fno-rtti"]
@@ -217,7 +217,8 @@ def tidy_one(path):
 
 
 def check_tidy():
-    files = glob.glob("src/*.cpp") + glob.glob("ports/cortex_m/*.c")
+    files = (glob.glob("src/*.cpp") + glob.glob("ports/cortex_m/*.c") +
+             glob.glob("ports/codec/*.c"))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         rows = list(pool.map(tidy_one, sorted(files)))
     for is_clean, output in rows:

@@ -41,7 +41,8 @@ typedef struct {
     float old_s;           /**< When full, a beam this old is worth half; >= 0 [s]. Default 0: age
                                 does not count. */
     float rebase_m;        /**< The origin moves to the robot, by whole metres, when that is farther
-                                away; 0 .. GPOM_REACH_M / 2 [m]. Default 0: it stays. */
+                                away; 0 .. GPOM_REACH_M / 2 [m]; 0 in frame "map". Default 0: it
+                                stays. */
     double origin_x_m;    /**< Map frame's east of the origin [m]; beams are kept relative to it. */
     double origin_y_m;    /**< Map frame's north of the origin [m]. Defaults 0, 0. */
     gpom_params_t params; /**< Hyperparameters, copied. Default gpom_params_init(). */
@@ -145,8 +146,8 @@ GPOM_API uint32_t gpom_map_beam_count(const gpom_map_t *map);
 /** Slots of the beam store in use, from 0 on; some may be empty. 0 for NULL. */
 GPOM_API uint32_t gpom_map_slot_count(const gpom_map_t *map);
 
-/** Copy the beam in slot `i_slot` (0 .. gpom_map_slot_count() - 1); one that is neither hit nor free
- *  is an empty slot. While nothing was removed, slots are in order of insertion. */
+/** Copy the beam in slot `i_slot` (0 .. gpom_map_slot_count() - 1); one that is neither hit nor
+ *  free is an empty slot. While nothing was removed, slots are in order of insertion. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot,
                                                     gpom_beam_t *beam);
 

@@ -136,7 +136,8 @@ def check_size():
 
 
 def check_symbols(folder, *options):
-    for arguments in ([f"{folder}/libgpom.a"], ["--image", f"{folder}/gpom_demo.elf"]):
+    for arguments in ([f"{folder}/libgpom.a"], [f"{folder}/libgpom_codec.a"],
+                      ["--image", f"{folder}/gpom_demo.elf"]):
         output_of(["tools/check_symbols.py", "--objdump", "arm-none-eabi-objdump", *options,
                    *arguments])
 
@@ -175,7 +176,9 @@ CHECKS = {
 def stack_checks():
     # Without a public function one case that fails, not a silent nothing.
     roots = stack_graph("src").roots() or ["gpom_*"]
-    return {f"bounded stack of {root}": root for root in [*roots, "main"]}
+    codec = [name for name in stack_graph("ports/codec").roots() if name.startswith("gpom_wire_")]
+    roots += [*(codec or ["gpom_wire_*"]), "main"]
+    return {f"bounded stack of {root}": root for root in roots}
 
 
 def main():

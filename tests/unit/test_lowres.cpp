@@ -129,6 +129,7 @@ TEST_CASE("cells out of reach are unknown")
 {
     gpom_config_t config = lowres_config(6, 6, 5.0);
     config.lowres_x0_m = GPOM_REACH_M - 10.0;
+    config.lowres_unknown = 1.0f; // no variance exceeds this
     TestMap map(config);
     settle(map.get());
     const Raster raster = raster_of(map.get());

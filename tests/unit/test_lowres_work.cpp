@@ -20,6 +20,17 @@ TEST_CASE("a budget too small for one group does nothing")
     CHECK(after.info.n_dirty == before.info.n_dirty - GPOM_LANES_MAX);
 }
 
+// Looking for dirty cells costs, too: a group finds none in its 64 looks and takes as many.
+TEST_CASE("each look counts one operation")
+{
+    TestMap map(lowres_config(60, 60, 1.0));
+    settle(map.get());
+    gpom::lowres_mark_box(map.get()->lowres, {-20.0f, -20.0f}, {-19.0f, -19.0f}, 0.0f);
+    REQUIRE(raster_of(map.get()).info.n_dirty > 0);
+    CHECK(step(map.get(), group_ops(map.get())) == 64);
+    CHECK(step(map.get(), group_ops(map.get()) + 100) == 164);
+}
+
 // Work that is done is not done again: a settled map takes no operations.
 TEST_CASE("a settled map takes no operations")
 {

@@ -256,6 +256,11 @@ TEST_CASE("a path out of reach is flagged")
     CHECK(answer.status == GPOM_ERR_REACH);
     CHECK(answer.result.flags == GPOM_PATH_OUT_OF_REACH);
     CHECK(std::abs(answer.result.probability - gpom_params_prior_probability(&params)) < 1e-4f);
+    const std::vector<gpom_point_t> beyond = {{GPOM_REACH_M + 5.0, 0.0}, {GPOM_REACH_M + 9.0, 0.0}};
+    const PathAnswer same =
+        query_path(map.get(), path_of(beyond, 0.0, 0.5)); // all equal: the first
+    CHECK(same.result.x_m == GPOM_REACH_M + 5.0);
+    CHECK(same.result.arc_m == 0.0);
     const std::vector<gpom_point_t> far_off = {{1e300, -1e300}};
     CHECK(query_path(map.get(), path_of(far_off, 1.0, 0.5)).status == GPOM_ERR_REACH);
 }

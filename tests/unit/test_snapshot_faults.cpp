@@ -347,19 +347,19 @@ TEST_CASE("failing callbacks")
     gpom_snapshot_io_t io = medium.io();
     gpom_snapshot_t snapshot;
     io.write = [](void *, std::uint32_t, std::uint32_t offset, const std::uint8_t *) {
-        return offset == kBlock ? GPOM_ERR_FULL : GPOM_OK;
+        return offset == kBlock ? GPOM_ERR_IO : GPOM_OK;
     };
     REQUIRE(gpom_snapshot_write_begin(&snapshot, map.get(), &io) == GPOM_OK);
     CHECK(gpom_snapshot_write_step(&snapshot, map.get(), 100) == GPOM_ERR_IO);
     CHECK(gpom_snapshot_write_step(&snapshot, map.get(), 100) == GPOM_ERR_IO);
     CHECK(snapshot.report.is_done == 0);
     io = medium.io();
-    io.flush = [](void *, std::uint32_t) { return GPOM_ERR_FULL; };
+    io.flush = [](void *, std::uint32_t) { return GPOM_ERR_IO; };
     REQUIRE(gpom_snapshot_write_begin(&snapshot, map.get(), &io) == GPOM_OK);
     CHECK(gpom_snapshot_write_step(&snapshot, map.get(), 100) == GPOM_ERR_IO);
     io = medium.io();
     io.read = [](void *ctx, std::uint32_t slot, std::uint32_t offset, std::uint8_t *block) {
-        return slot == 1 ? GPOM_ERR_FULL : Medium::read_block(ctx, slot, offset, block);
+        return slot == 1 ? GPOM_ERR_IO : Medium::read_block(ctx, slot, offset, block);
     };
     TestMap copy(keeping_config(40));
     REQUIRE(gpom_snapshot_read_begin(&snapshot, copy.get(), &io) == GPOM_OK);

@@ -1,0 +1,67 @@
+/** \file datagram.h
+ *  LCM's datagrams: a message's channel and sequence number in front of it, or a fragment of one.
+ *
+ *  Short:    "LC02", u32 sequence, channel, NUL, message.
+ *  Fragment: "LC03", u32 sequence, u32 bytes of the message, u32 offset, u16 number of this
+ *            fragment, u16 number of fragments; in fragment 0 channel and NUL; a piece of the
+ *            message.
+ *  All numbers big-endian. The sequence number counts a sender's messages on all channels. */
+#ifndef GPOM_CODEC_DATAGRAM_H
+#define GPOM_CODEC_DATAGRAM_H
+
+#include "ports/codec/wire.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Bytes before the channel name. */
+#define GPOM_WIRE_SHORT_HEADER_BYTES 8u
+#define GPOM_WIRE_FRAGMENT_HEADER_BYTES 20u
+
+/** A datagram taken apart: views into it. */
+typedef struct {
+    const char *channel; /**< NUL-terminated; NULL in every fragment but the first. */
+    const uint8_t *payload;
+    uint32_t payload_bytes;
+    uint32_t sequence;
+    uint32_t message_bytes; /**< Of the whole message; payload_bytes if it is short. */
+    uint32_t offset;        /**< Of the payload in the message. */
+    uint16_t i_fragment;
+    uint16_t n_fragments; /**< 0: a short message, which is no fragment. */
+} gpom_wire_datagram_t;
+
+/** Take a datagram apart. Faults: GPOM_WIRE_TYPE (not LCM's), GPOM_WIRE_SHORT (ends in its header),
+ *  GPOM_WIRE_VALUE (channel name too long), GPOM_WIRE_COUNT (fragment numbers, sizes or offsets
+ *  contradict each other), GPOM_WIRE_LONG (more bytes than UDP carries). */
+GPOM_NODISCARD gpom_wire_fault_t gpom_wire_datagram_read(gpom_wire_datagram_t *datagram,
+                                                         const uint8_t *bytes, size_t n_bytes);
+
+/** Write what goes before a short message; the message is then encoded right behind.
+ *  Bytes written; 0 if they do not fit, a pointer is NULL, or the channel's name is too long. */
+GPOM_NODISCARD size_t gpom_wire_datagram_begin(uint8_t *bytes, size_t n_bytes, const char *channel,
+                                               uint32_t sequence);
+
+/** A message that is sent in fragments. */
+typedef struct {
+    const char *channel;
+    const uint8_t *payload; /**< The encoded message. */
+    uint32_t payload_bytes;
+    uint32_t sequence;
+    uint32_t datagram_bytes_max; /**< GPOM_WIRE_DATAGRAM_BYTES, say. */
+} gpom_wire_outgoing_t;
+
+/** Number of fragments; 0 if a pointer is NULL, the message empty or of more than 2^28 bytes (LCM's
+ *  limit), the channel's name too long, the datagrams too small for it or too large for UDP, or
+ *  there would be more than 65535. */
+GPOM_NODISCARD uint32_t gpom_wire_fragment_count(const gpom_wire_outgoing_t *message);
+
+/** Write fragment i_fragment as a whole datagram. Bytes written; 0 if they do not fit, there is no
+ *  such fragment, or the message cannot be sent. */
+GPOM_NODISCARD size_t gpom_wire_fragment_write(const gpom_wire_outgoing_t *message,
+                                               uint32_t i_fragment, uint8_t *bytes, size_t n_bytes);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

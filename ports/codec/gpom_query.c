@@ -1,0 +1,66 @@
+#include "ports/codec/gpom_query.h"
+
+#include "ports/codec/cursor.h"
+#include "ports/codec/gpom_map.h"
+
+enum { POINT_BYTES = 16, POINT_ANSWER_BYTES = 13 };
+
+/* The count and whether that many points can follow. */
+static bool points_count(gpom_cursor_t *c, uint32_t *n_points, bool has_array, size_t element_bytes)
+{
+    gpom_cursor_count(c, n_points);
+    gpom_cursor_require(c, *n_points <= GPOM_WIRE_POINTS_MAX, GPOM_WIRE_CAPACITY);
+    gpom_cursor_require(c, has_array || *n_points == 0, GPOM_WIRE_ARG);
+    return c->fault == GPOM_WIRE_OK && gpom_cursor_has(c, *n_points, element_bytes);
+}
+
+static void query_fields(gpom_cursor_t *c, gpom_wire_query_t *m)
+{
+    gpom_cursor_i64(c, &m->stamp_us);
+    gpom_cursor_i64(c, &m->client);
+    gpom_cursor_u32(c, &m->sequence);
+    gpom_cursor_u8(c, &m->kind);
+    gpom_cursor_require(c, m->kind <= GPOM_WIRE_QUERY_PATH, GPOM_WIRE_VALUE);
+    gpom_cursor_f32(c, &m->step_m);
+    if (!points_count(c, &m->n_points, m->points != NULL, POINT_BYTES)) {
+        m->n_points = 0;
+        return;
+    }
+    for (uint32_t i = 0; i < m->n_points; ++i) {
+        gpom_cursor_f64(c, &m->points[i].x_m);
+        gpom_cursor_f64(c, &m->points[i].y_m);
+    }
+}
+
+static void point_answer_fields(gpom_cursor_t *c, gpom_answer_t *answer)
+{
+    gpom_cursor_f32(c, &answer->mean);
+    gpom_cursor_f32(c, &answer->variance);
+    gpom_cursor_f32(c, &answer->probability);
+    gpom_cursor_u8(c, &answer->cls);
+    gpom_cursor_require(c, answer->cls <= GPOM_WIRE_UNKNOWN, GPOM_WIRE_VALUE);
+}
+
+static void answer_fields(gpom_cursor_t *c, gpom_wire_answer_t *m)
+{
+    gpom_cursor_i64(c, &m->stamp_us);
+    gpom_cursor_i64(c, &m->map_stamp_us);
+    gpom_cursor_i64(c, &m->client);
+    gpom_cursor_u32(c, &m->sequence);
+    gpom_cursor_i32(c, &m->frame_epoch);
+    gpom_cursor_u8(c, &m->status);
+    gpom_cursor_require(c, m->status <= GPOM_WIRE_ANSWER_OUT_OF_REACH, GPOM_WIRE_VALUE);
+    if (!points_count(c, &m->n_points, m->points != NULL, POINT_ANSWER_BYTES)) {
+        m->n_points = 0;
+        return;
+    }
+    for (uint32_t i = 0; i < m->n_points; ++i) {
+        if (c->to == NULL) { /* what does not travel */
+            m->points[i].flags = m->points[i].n_hits = m->points[i].n_free = 0;
+        }
+        point_answer_fields(c, &m->points[i]);
+    }
+}
+
+GPOM_WIRE_DEFINE(query, {GPOM_WIRE_QUERY_FINGERPRINT, true})
+GPOM_WIRE_DEFINE(answer, {GPOM_WIRE_ANSWER_FINGERPRINT, true})

@@ -1,0 +1,96 @@
+/** \file gpom_status.h
+ *  gpom.status_t: how the mapping is doing. */
+#ifndef GPOM_CODEC_GPOM_STATUS_H
+#define GPOM_CODEC_GPOM_STATUS_H
+
+#include "ports/codec/wire.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define GPOM_WIRE_STATUS_FINGERPRINT UINT64_C(0x8c14d72b736bf513)
+
+/** Bytes of an encoded status. */
+#define GPOM_WIRE_STATUS_BYTES ((size_t)625)
+
+typedef enum {
+    GPOM_WIRE_STATE_STARTING = 0,
+    GPOM_WIRE_STATE_MAPPING = 1,
+    GPOM_WIRE_STATE_STALE = 2,
+    GPOM_WIRE_STATE_STOPPING = 3
+} gpom_wire_state_t;
+
+/** Places in gpom_wire_status_t.counts; what each counts is in lcmtypes/gpom_status_t.lcm. */
+enum {
+    GPOM_WIRE_SCANS_RECEIVED = 0,
+    GPOM_WIRE_SCANS_INSERTED = 1,
+    GPOM_WIRE_SCANS_BAD_POSE = 2,
+    GPOM_WIRE_SCANS_OUT_OF_REACH = 3,
+    GPOM_WIRE_SCANS_OTHER_TYPE = 4,
+    GPOM_WIRE_SCANS_CORRUPT = 5,
+    GPOM_WIRE_SCANS_MALFORMED = 6,
+    GPOM_WIRE_SCANS_LOST = 7,
+    GPOM_WIRE_SCANS_REPEATED = 8,
+    GPOM_WIRE_SCANS_REORDERED = 9,
+    GPOM_WIRE_SCANS_TOO_OLD = 10,
+    GPOM_WIRE_SCANS_TOO_NEW = 11,
+    GPOM_WIRE_SCANS_JUMPED_BACK = 12,
+    GPOM_WIRE_SCANS_NO_POSE = 13,
+    GPOM_WIRE_SCANS_OVERRUN = 14,
+    GPOM_WIRE_TIME_GAPS = 15,
+    GPOM_WIRE_POSES_RECEIVED = 16,
+    GPOM_WIRE_POSES_REFUSED = 17,
+    GPOM_WIRE_BEAMS_HIT = 24,
+    GPOM_WIRE_BEAMS_NO_RETURN = 25,
+    GPOM_WIRE_BEAMS_NAN = 26,
+    GPOM_WIRE_BEAMS_NOT_POSITIVE = 27,
+    GPOM_WIRE_BEAMS_TOO_NEAR = 28,
+    GPOM_WIRE_BEAMS_MASKED = 29,
+    GPOM_WIRE_BEAMS_FULL = 30,
+    GPOM_WIRE_MAPS_PUBLISHED = 40,
+    GPOM_WIRE_TILES_PUBLISHED = 41,
+    GPOM_WIRE_QUERIES_ANSWERED = 42,
+    GPOM_WIRE_QUERIES_REFUSED = 43,
+    GPOM_WIRE_SNAPSHOTS_WRITTEN = 44,
+    GPOM_WIRE_SNAPSHOTS_FAILED = 45,
+    GPOM_WIRE_COUNTS = 64
+};
+
+/** lcmtypes/gpom_status_t.lcm. */
+typedef struct {
+    int64_t stamp_us;
+    uint32_t sequence;
+    uint8_t state; /**< gpom_wire_state_t. */
+    int32_t version;
+    int32_t map_format;
+    int32_t frame_epoch;
+    int64_t uptime_us;
+    int64_t scan_stamp_us;
+    int64_t scan_lag_us;
+    int64_t scan_lag_us_max;
+    float scan_rate_hz;
+    float pose_rate_hz;
+    float map_rate_hz;
+    float query_rate_hz;
+    int32_t n_beams;
+    int32_t beam_max;
+    int32_t n_cells_dirty;
+    int64_t map_bytes;
+    int64_t process_bytes;
+    int64_t counts[GPOM_WIRE_COUNTS];
+} gpom_wire_status_t;
+
+/** Read a message. After a fault nothing in `message` may be relied on; GPOM_WIRE_VALUE: a state
+ *  that is not known. */
+GPOM_NODISCARD gpom_wire_fault_t gpom_wire_status_decode(gpom_wire_status_t *message,
+                                                         const uint8_t *bytes, size_t n_bytes);
+
+/** Bytes written; 0 if they do not fit or the state is not known. */
+GPOM_NODISCARD size_t gpom_wire_status_encode(const gpom_wire_status_t *message, uint8_t *bytes,
+                                              size_t n_bytes);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,71 @@
+"""Messages over real LCM to codec-echo and back; prints "N of N came back", exit code 0 if all did.
+
+usage: lcm_round_trip.py CODEC_ECHO LOG < MESSAGES, with PYTHONPATH naming lcm-gen's Python modules
+
+Run in a network namespace of its own, with loopback up and its multicast route: what is sent must
+not leave. Each message of MESSAGES (hex, one a line) is sent by PyPI's liblcm, which fragments the
+large ones, received and sent by the codec's own datagrams, and received by liblcm again. LOG is
+where the distribution's lcm-logger, another version of liblcm, writes all that passed.
+"""
+import pathlib
+import subprocess
+import sys
+import time
+
+import lcm
+
+GROUP, PORT, CHANNEL = "239.255.76.67", "7667", "TO_CODEC"
+URL = f"udpm://{GROUP}:{PORT}?ttl=0&recv_buf_size=4194304"
+PATIENCE_S = 20 # UDP may lose; a message is sent again, and again, until then
+
+
+def exchange(bus, received, message):
+    """True if the message came back with the same bytes."""
+    del received[:]
+    until = time.monotonic() + PATIENCE_S
+    while time.monotonic() < until:
+        bus.publish(CHANNEL, message)
+        while bus.handle_timeout(300) > 0:
+            if received:
+                return received[0] == message
+    return False
+
+
+def wait_for_log(bus, path, n_bytes):
+    """Until the logger has written so much; it flushes only when something more comes."""
+    until = time.monotonic() + PATIENCE_S
+    while time.monotonic() < until and not (path.exists() and path.stat().st_size >= n_bytes):
+        bus.publish("END", b"")
+        time.sleep(0.1)
+
+
+def logged(path):
+    """The messages that came back, as the logger wrote them."""
+    return {event.data for event in lcm.EventLog(str(path), "r")
+            if event.channel == CHANNEL + "_BACK"}
+
+
+def main():
+    codec_echo, log = sys.argv[1], pathlib.Path(sys.argv[2])
+    messages = [bytes.fromhex(line) for line in sys.stdin]
+    logger = subprocess.Popen(["/usr/bin/lcm-logger", "--quiet", "--force", "--flush-interval=100",
+                               f"--lcm-url={URL}", str(log)], stdout=subprocess.DEVNULL)
+    echo = subprocess.Popen([codec_echo, GROUP, PORT, CHANNEL], stdout=subprocess.PIPE, text=True)
+    try:
+        assert echo.stdout.readline() == "ready\n", "codec-echo did not start"
+        bus = lcm.LCM(URL)
+        received = []
+        bus.subscribe(CHANNEL + "_BACK", lambda _, data: received.append(bytes(data)))
+        n_same = sum(exchange(bus, received, message) for message in messages)
+        wait_for_log(bus, log, 2 * sum(map(len, messages)))
+    finally:
+        for process in echo, logger:
+            process.terminate()
+            process.wait()
+    n_logged = len(logged(log) & set(messages))
+    print(f"{n_same} of {len(messages)} came back, {n_logged} were logged")
+    return 0 if n_same == n_logged == len(messages) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
