@@ -10,9 +10,9 @@ namespace
 {
 
 /// A beam speaks against a hit that it passes nearer than keep_m times this, and nearer than this
-/// share of the way it still has to go: beams that graze a wall run along it before they end there.
-/// Leaves and fences let beams through a hand's breadth beside a hit that will be hit again, so that
-/// wider margins cost accuracy outdoors (DESIGN.md).
+/// share of the way it still has to go: beams that graze a wall run along it before they end
+/// there. Leaves and fences let beams through a hand's breadth beside a hit that will be hit again,
+/// so that wider margins cost accuracy outdoors (DESIGN.md).
 constexpr float kPassWidth = 0.15f;
 constexpr float kPassSlope = 0.05f;
 
@@ -204,10 +204,10 @@ void confirm(gpom_map &map, Beam &beam)
     beam.hit_time = time & 3u;
 }
 
-/// A scan saw through a hit: the first in a row takes one count, the next two, four, eight, so that
-/// five in a row outweigh any number that saw it before. True if it is gone: the counts are used up
-/// and enough scans were in the row. One that is provisional goes at once; one that was confirmed at
-/// this very time stays as it is.
+/// A scan saw through a hit: the first in a row takes one count, the next two, four, eight, so
+/// that five in a row outweigh any number that saw it before. True if it is gone: the counts are
+/// used up and enough scans were in the row. One that is provisional goes at once; one that was
+/// confirmed at this very time stays as it is.
 bool contradict(gpom_map &map, uint32_t slot)
 {
     Beam &beam = map.index.beams[slot];

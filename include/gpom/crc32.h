@@ -7,8 +7,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** The CRC-32 of the bytes so far, whose own is `crc_so_far` (0 for none), and of those that follow.
- *  Four bits at a time: a table of 64 bytes, 2 steps a byte. In the header, so that core and ports
+/** What gpom_crc32() gives for the bytes so far (crc_so_far; 0 for none) and n_bytes that follow.
+ *  Four bits at a time: 2 steps a byte, a table of 64 bytes. In the header, so that core and ports
  *  share it without one linking the other. */
 static inline uint32_t gpom_crc32_continue(uint32_t crc_so_far, const uint8_t *bytes,
                                            size_t n_bytes)
