@@ -3,10 +3,12 @@
 #include "tools/lib/progress.hpp"
 #include "tools/lib/street.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace
 {
@@ -14,6 +16,7 @@ namespace
 struct Options {
     std::string out_path;
     std::string truth_path;
+    std::string truth_empty_path;
     gpom_tools::StreetConfig street;
 };
 
@@ -33,6 +36,8 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--out", options.out_path, "Scans to write, CSV")->required()->type_name("FILE");
     app.add_option("--truth", options.truth_path, "Ground truth to write, PGM image")
         ->type_name("FILE");
+    app.add_option("--truth-empty", options.truth_empty_path, "The same without vehicles")
+        ->type_name("FILE");
     app.add_option("--seed", street.seed, "Seed; the same seed gives the same street")
         ->check(check_seed);
     app.add_option("--width", street.width_m, "Area's extent along x [m]");
@@ -44,10 +49,26 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--range-noise", street.range_noise_m, "Standard deviation of ranges [m]");
     app.add_option("--step", street.step_m, "Way driven from scan to scan [m]");
     app.add_option("--truth-cell", street.truth_cell_m, "Cell size of the ground truth [m]");
+    app.add_option("--cars-arrive-at", street.cars_arrive_at,
+                   "Scan from which on vehicles are parked");
+    app.add_option("--cars-leave-at", street.cars_leave_at,
+                   "Scan from which on they are gone; -1: they stay");
     for (CLI::Option *option : app.get_options()) {
         const std::string name = option->get_name();
-        if (name != "--help" && name != "--out" && name != "--truth") {
+        if (name != "--help" && name != "--out" && name.rfind("--truth", 0) != 0) {
             option->capture_default_str();
+        }
+    }
+    app.get_option("--truth-cell")->capture_default_str();
+    app.add_flag("--there-and-back", street.there_and_back,
+                 "In the middle of the drive, turn round and drive back");
+}
+
+void check_different(const std::vector<std::string> &paths)
+{
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+        if (!paths[i].empty() && std::count(paths.begin(), paths.end(), paths[i]) > 1) {
+            throw std::runtime_error("two outputs name the same file, " + paths[i]);
         }
     }
 }
@@ -59,9 +80,7 @@ void simulate(const Options &options)
     if (!absurd.empty()) {
         throw std::runtime_error(absurd + "; see gpom-sim --help");
     }
-    if (options.out_path == options.truth_path) {
-        throw std::runtime_error("--out and --truth name the same file");
-    }
+    check_different({options.out_path, options.truth_path, options.truth_empty_path});
     const StreetWorld world = make_street_world(options.street);
     const std::string comment = street_comment(options.street);
     std::vector<FileContent> files;
@@ -74,6 +93,10 @@ void simulate(const Options &options)
     if (!options.truth_path.empty()) {
         const Truth truth = street_truth(world, options.street.truth_cell_m);
         files.push_back({options.truth_path, truth_pgm(truth, comment)});
+    }
+    if (!options.truth_empty_path.empty()) {
+        const Truth truth = street_truth(without_vehicles(world), options.street.truth_cell_m);
+        files.push_back({options.truth_empty_path, truth_pgm(truth, comment)});
     }
     replace_files(files);
 }

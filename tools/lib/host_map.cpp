@@ -28,7 +28,7 @@ void require_answers(gpom_status_t status)
 
 } // namespace
 
-HostMap::HostMap(const gpom_params_t &params, std::size_t beam_max, gpom_point_t origin)
+gpom_config_t whole_config(const gpom_params_t &params, std::size_t beam_max, gpom_point_t origin)
 {
     gpom_config_t config;
     gpom_config_init(&config);
@@ -37,14 +37,26 @@ HostMap::HostMap(const gpom_params_t &params, std::size_t beam_max, gpom_point_t
         std::min<std::size_t>(beam_max, static_cast<std::size_t>(UINT32_MAX)));
     config.origin_x_m = origin.x_m;
     config.origin_y_m = origin.y_m;
-    const std::size_t map_bytes = gpom_map_bytes(&config);
-    if (map_bytes == 0) {
-        throw std::runtime_error("a map of " + std::to_string(beam_max) +
+    return config;
+}
+
+gpom_config_t live_config(const gpom_params_t &params, const LiveConfig &live, gpom_point_t origin)
+{
+    gpom_config_t config = whole_config(params, live.beam_max, origin);
+    config.keep_m = live.keep_m;
+    config.clear_scans = live.clear_scans;
+    return config;
+}
+
+HostMap::HostMap(const gpom_config_t &config) : map_bytes_(gpom_map_bytes(&config))
+{
+    if (map_bytes_ == 0) {
+        throw std::runtime_error("a map of " + std::to_string(config.beam_max) +
                                  " beams is out of range; from 1 to " +
                                  std::to_string(GPOM_BEAM_MAX));
     }
-    memory_ = std::make_unique<std::uint64_t[]>((map_bytes + 7) / 8);
-    require(gpom_map_init(&map_, &config, memory_.get(), map_bytes), "map");
+    memory_ = std::make_unique<std::uint64_t[]>((map_bytes_ + 7) / 8);
+    require(gpom_map_init(&map_, &config, memory_.get(), map_bytes_), "map");
     scratch_ = std::make_unique<std::uint8_t[]>(gpom_scratch_bytes(map_));
 }
 
@@ -71,6 +83,14 @@ void HostMap::insert(const std::vector<Scan> &scans)
 
 void HostMap::build() { require(gpom_map_build(map_), "build"); }
 
+std::uint64_t HostMap::step(std::uint64_t budget)
+{
+    std::uint64_t used = 0;
+    const gpom_scratch_t memory = scratch();
+    require(gpom_map_step(map_, budget, &memory, &used), "step");
+    return used;
+}
+
 std::vector<gpom_answer_t> HostMap::query(const std::vector<gpom_point_t> &points) const
 {
     std::vector<gpom_answer_t> answers(points.size());
@@ -92,6 +112,29 @@ gpom_stats_t HostMap::stats() const
     gpom_stats_t stats;
     require(gpom_map_stats(map_, &stats), "stats");
     return stats;
+}
+
+std::vector<gpom_cell_t> HostMap::cells() const
+{
+    gpom_lowres_info_t info;
+    require(gpom_lowres_info(map_, GPOM_LAYER_COARSE, &info), "cells");
+    const std::uint32_t n_cells = info.raster.nx * info.raster.ny;
+    std::vector<gpom_cell_t> cells(n_cells);
+    require(gpom_lowres_copy(map_, GPOM_LAYER_COARSE, cells.data(), n_cells, &info), "cells");
+    return cells;
+}
+
+std::vector<gpom_beam_t> HostMap::kept() const
+{
+    std::vector<gpom_beam_t> beams;
+    for (std::uint32_t i = 0; i < gpom_map_slot_count(map_); ++i) {
+        gpom_beam_t beam;
+        require(gpom_map_beam(map_, i, &beam), "beam");
+        if (beam.is_hit != 0 || beam.is_free != 0) {
+            beams.push_back(beam);
+        }
+    }
+    return beams;
 }
 
 gpom_scratch_t HostMap::scratch() const { return {scratch_.get(), gpom_scratch_bytes(map_)}; }

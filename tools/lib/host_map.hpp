@@ -6,16 +6,35 @@
 #include "tools/lib/scan_log.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 namespace gpom_tools
 {
 
+/// How a vehicle keeps its map (live.h).
+struct LiveConfig {
+    std::uint32_t beam_max = 16384;
+    float keep_m = 0.1f;
+    std::uint32_t clear_scans = 3;
+    std::uint64_t step_ops = 1000000; ///< Budget of the step after each scan.
+};
+
+/// A map that keeps all beams.
+gpom_config_t whole_config(const gpom_params_t &params, std::size_t beam_max, gpom_point_t origin);
+
+/// A map that keeps what is worth keeping.
+gpom_config_t live_config(const gpom_params_t &params, const LiveConfig &live, gpom_point_t origin);
+
 /// Owns the arena and the scratch of one map. Every failure throws std::runtime_error.
 class HostMap {
 public:
-    HostMap(const gpom_params_t &params, std::size_t beam_max, gpom_point_t origin);
+    explicit HostMap(const gpom_config_t &config);
+    HostMap(const gpom_params_t &params, std::size_t beam_max, gpom_point_t origin)
+        : HostMap(whole_config(params, beam_max, origin))
+    {
+    }
 
     /// Insert one scan; its pose is the laser's, exactly known.
     void insert(const Scan &scan);
@@ -24,17 +43,26 @@ public:
 
     void build();
 
+    /// One slice of the work that scans leave behind. Returns the operations done.
+    std::uint64_t step(std::uint64_t budget);
+
     /// A point whose matrix was not positive definite has the prior and its flag, as in the
     /// library; a point out of reach throws.
     std::vector<gpom_answer_t> query(const std::vector<gpom_point_t> &points) const;
     std::vector<gpom_answer_t> query(const gpom_raster_t &raster) const;
 
+    /// The cells of the coarse low-resolution map, row by row from the lowest y.
+    std::vector<gpom_cell_t> cells() const;
+
     gpom_stats_t stats() const;
+    std::vector<gpom_beam_t> kept() const; ///< By slot, empty ones left out.
+    std::size_t bytes() const { return map_bytes_; }
     const gpom_map_t *get() const { return map_; }
 
 private:
     gpom_scratch_t scratch() const;
 
+    std::size_t map_bytes_;
     std::unique_ptr<std::uint64_t[]> memory_;
     std::unique_ptr<std::uint8_t[]> scratch_;
     gpom_map_t *map_ = nullptr;

@@ -72,6 +72,19 @@ Scan empty_scan(const StreetPose &pose, const StreetConfig &config)
     return scan;
 }
 
+/// What is not as in the plain recipe.
+std::string change_comment(const StreetConfig &config)
+{
+    std::string text;
+    if (config.cars_arrive_at > 0) {
+        text += " cars_arrive_at=" + std::to_string(config.cars_arrive_at);
+    }
+    if (config.cars_leave_at >= 0) {
+        text += " cars_leave_at=" + std::to_string(config.cars_leave_at);
+    }
+    return text + (config.there_and_back ? " there_and_back=1" : "");
+}
+
 } // namespace
 
 std::string street_config_error(const StreetConfig &config)
@@ -86,6 +99,8 @@ std::string street_config_error(const StreetConfig &config)
         {"range-noise", config.range_noise_m, 0.0, 10.0},
         {"step", config.step_m, 0.01, 1000.0},
         {"truth-cell", config.truth_cell_m, 0.01, 10.0},
+        {"cars-arrive-at", static_cast<double>(config.cars_arrive_at), 0.0, 1e6},
+        {"cars-leave-at", static_cast<double>(config.cars_leave_at), -1.0, 1e6},
     };
     for (const Limit &limit : limits) {
         if (!(limit.value >= limit.low && limit.value <= limit.high)) { // NaN fails too
@@ -111,7 +126,13 @@ std::string street_comment(const StreetConfig &config)
            " beams=" + std::to_string(config.n_beams) + " fov_deg=" + decimal(config.fov_deg) +
            " range_max_m=" + decimal(config.range_max_m) +
            " range_noise_m=" + decimal(config.range_noise_m) + " step_m=" + decimal(config.step_m) +
-           " truth_cell_m=" + decimal(config.truth_cell_m);
+           " truth_cell_m=" + decimal(config.truth_cell_m) + change_comment(config);
+}
+
+bool cars_are_parked(const StreetConfig &config, int i_scan)
+{
+    return i_scan >= config.cars_arrive_at &&
+           (config.cars_leave_at < 0 || i_scan < config.cars_leave_at);
 }
 
 StreetRandom::StreetRandom(std::uint64_t seed, Stream stream)
@@ -224,24 +245,34 @@ double ObstacleGrid::first_hit_m(const StreetPose &beam, double range_max_m) con
     return hit_m < range_max_m ? hit_m : kNone;
 }
 
+StreetLaser::StreetLaser(const StreetConfig &config)
+    : config_(config), random_(config.seed, StreetRandom::Stream::noise)
+{
+}
+
+Scan StreetLaser::scan(const ObstacleGrid &obstacles, const StreetPose &pose)
+{
+    Scan scan = empty_scan(pose, config_);
+    scan.t_s = rounded(static_cast<double>(n_scans_++) * config_.step_m / kSpeedMps, 1e6);
+    for (int i = 0; i < config_.n_beams; ++i) {
+        const double bearing_rad = scan.theta_rad + scan.angle_min_rad + i * scan.angle_step_rad;
+        const double range_m =
+            obstacles.first_hit_m({scan.x_m, scan.y_m, bearing_rad}, config_.range_max_m);
+        scan.ranges_m.push_back(static_cast<float>(noisy_range_m(
+            range_m, config_.range_noise_m, config_.range_max_m, random_.gaussian())));
+    }
+    return scan;
+}
+
 std::vector<Scan> simulate_scans(const StreetWorld &world, const StreetConfig &config,
                                  const ProgressCall &progress)
 {
-    const ObstacleGrid obstacles(world);
-    StreetRandom random(config.seed, StreetRandom::Stream::noise);
+    const ObstacleGrid parked(world), empty(without_vehicles(world));
+    StreetLaser laser(config);
     std::vector<Scan> scans;
     for (const StreetPose &pose : drive_streets(world, config)) {
-        Scan scan = empty_scan(pose, config);
-        scan.t_s = rounded(static_cast<double>(scans.size()) * config.step_m / kSpeedMps, 1e6);
-        for (int i = 0; i < config.n_beams; ++i) {
-            const double bearing_rad =
-                scan.theta_rad + scan.angle_min_rad + i * scan.angle_step_rad;
-            const double range_m =
-                obstacles.first_hit_m({scan.x_m, scan.y_m, bearing_rad}, config.range_max_m);
-            scan.ranges_m.push_back(static_cast<float>(noisy_range_m(
-                range_m, config.range_noise_m, config.range_max_m, random.gaussian())));
-        }
-        scans.push_back(std::move(scan));
+        const bool cars = cars_are_parked(config, static_cast<int>(scans.size()));
+        scans.push_back(laser.scan(cars ? parked : empty, pose));
         if (progress) {
             progress(scans.size(), static_cast<std::size_t>(config.n_scans));
         }

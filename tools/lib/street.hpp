@@ -31,6 +31,9 @@ struct StreetConfig {
     double range_noise_m = 0.05; ///< Standard deviation of the Gaussian range error.
     double step_m = 8.0;         ///< Way driven between scans.
     double truth_cell_m = 0.25;
+    int cars_arrive_at = 0;      ///< Scan from which on vehicles are parked,
+    int cars_leave_at = -1;      ///< and from which on they are gone; -1: they stay.
+    bool there_and_back = false; ///< The second half of the drive is the first one backwards.
 };
 
 /// What is absurd about a config, in one sentence; empty if nothing.
@@ -74,7 +77,14 @@ struct StreetWorld {
     double height_m;
     std::vector<Street> streets;
     std::vector<Rect> obstacles; ///< Buildings and vehicles, solid, clipped to the area.
+    std::size_t n_buildings;     ///< They come first.
 };
+
+/// The same streets with no vehicle on them.
+StreetWorld without_vehicles(StreetWorld world);
+
+/// Whether vehicles are parked during a scan.
+bool cars_are_parked(const StreetConfig &config, int i_scan);
 
 struct StreetPose {
     double x_m, y_m, theta_rad;
@@ -85,7 +95,8 @@ bool streets_meet(const Street &a, const Street &b);
 
 StreetWorld make_street_world(const StreetConfig &config);
 
-/// n_scans poses, one each step_m of the way, on the right of main and side streets.
+/// n_scans poses, one each step_m of the way, on the right of main and side streets. Back on a way,
+/// the robot has turned round and keeps to the same lane.
 std::vector<StreetPose> drive_streets(const StreetWorld &world, const StreetConfig &config);
 
 /// A world's obstacles, sorted into square buckets.
@@ -106,10 +117,23 @@ private:
     std::vector<std::size_t> bucket_start_; ///< Into rects_, one more than buckets.
 };
 
+/// A laser in a world, scan by scan, for drives that are too long to be kept. Poses and ranges are
+/// rounded to the millimetre, the poses before the beams are cast, so that they are exact. The
+/// world may change on the way.
+class StreetLaser {
+public:
+    explicit StreetLaser(const StreetConfig &config);
+    Scan scan(const ObstacleGrid &obstacles, const StreetPose &pose);
+
+private:
+    StreetConfig config_;
+    StreetRandom random_;
+    std::size_t n_scans_ = 0;
+};
+
 using ProgressCall = std::function<void(std::size_t n_done, std::size_t n_total)>;
 
-/// Scans from the drive. Poses and ranges are rounded to the millimetre, the poses before the
-/// beams are cast, so that they are exact.
+/// Scans from the drive.
 std::vector<Scan> simulate_scans(const StreetWorld &world, const StreetConfig &config,
                                  const ProgressCall &progress);
 

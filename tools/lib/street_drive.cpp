@@ -269,20 +269,26 @@ std::vector<Piece> round_corners(const std::vector<Vec> &corners)
 
 std::vector<StreetPose> drive_streets(const StreetWorld &world, const StreetConfig &config)
 {
+    constexpr double kHalfTurn_rad = 3.14159265358979323846;
+    const int n_there = config.there_and_back ? (config.n_scans + 1) / 2 : config.n_scans;
     StreetRandom random(config.seed, StreetRandom::Stream::drive);
-    const double way_m = config.n_scans * config.step_m;
+    const double way_m = n_there * config.step_m;
     const std::vector<Vec> corners = walk_corners(world, way_m + 2.0 * kTurnRadius, random);
     const std::vector<Piece> pieces = round_corners(corners);
     std::vector<StreetPose> poses;
     std::size_t i_piece = 0;
     double piece_start_m = 0.0;
-    for (int i = 0; i < config.n_scans; ++i) {
+    for (int i = 0; i < n_there; ++i) {
         const double s_m = i * config.step_m;
         while (i_piece + 1 < pieces.size() && s_m > piece_start_m + pieces[i_piece].length_m) {
             piece_start_m += pieces[i_piece].length_m;
             ++i_piece;
         }
         poses.push_back(pose_along(pieces[i_piece], s_m - piece_start_m));
+    }
+    for (int i = n_there; i < config.n_scans; ++i) {
+        const StreetPose there = poses[static_cast<std::size_t>(config.n_scans - 1 - i)];
+        poses.push_back({there.x_m, there.y_m, there.theta_rad + kHalfTurn_rad});
     }
     return poses;
 }

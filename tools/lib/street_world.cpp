@@ -341,11 +341,18 @@ bool streets_meet(const Street &a, const Street &b)
 StreetWorld make_street_world(const StreetConfig &config)
 {
     Random random(config.seed, Random::Stream::world);
-    StreetWorld world{config.width_m, config.height_m, {}, {}};
+    StreetWorld world{config.width_m, config.height_m, {}, {}, 0};
     for (const Block &block : lay_out(config, world, random)) {
         fill_block(block, world, random);
     }
+    world.n_buildings = world.obstacles.size();
     park_vehicles(world, random);
+    return world;
+}
+
+StreetWorld without_vehicles(StreetWorld world)
+{
+    world.obstacles.resize(world.n_buildings);
     return world;
 }
 

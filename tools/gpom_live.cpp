@@ -1,0 +1,166 @@
+// gpom-live: what a live map knows and costs.
+#include "tools/lib/command_line.hpp"
+#include "tools/lib/file_error.hpp"
+#include "tools/lib/live_cars.hpp"
+#include "tools/lib/live_drive.hpp"
+#include "tools/lib/live_judge.hpp"
+#include "tools/lib/live_options.hpp"
+#include "tools/lib/params_toml.hpp"
+#include "tools/lib/protocol.hpp"
+
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+
+using namespace gpom_tools;
+
+namespace
+{
+
+struct Options {
+    std::string params_path;
+    std::string json_path;
+    JudgeOptions judge;
+    CarsTrial cars = default_cars();
+    InsertBench bench{default_drive()};
+};
+
+/// A subcommand with what all of them take.
+CLI::App *add_command(CLI::App &app, const std::string &name, const std::string &what,
+                      Options &options)
+{
+    CLI::App *const command = app.add_subcommand(name, what);
+    command->add_option("--params", options.params_path, "Hyperparameters, TOML")
+        ->required()
+        ->type_name("FILE");
+    command->add_option("--json", options.json_path, "File for the figures; default: stdout")
+        ->type_name("FILE");
+    return command;
+}
+
+CLI::App *add_judge(CLI::App &app, Options &options)
+{
+    JudgeOptions &judge = options.judge;
+    CLI::App *const command =
+        add_command(app, "judge", "Accuracy against as many beams drawn at random", options);
+    command->add_option("--scans", judge.scans_path, "Scans: CSV or CARMEN log, plain or gzipped")
+        ->required()
+        ->type_name("FILE");
+    command->add_option("--truth", judge.truth_path, "Ground truth of a street, PGM image")
+        ->type_name("FILE");
+    command->add_option("--range-max", judge.range_max_m, "Usable range of a log's sensor [m]");
+    command->add_option("--fraction", judge.fraction, "Share of a log's returns that make the map")
+        ->check(CLI::Range(0.01, kTrainingShareMax));
+    command->add_option("--spurious", judge.spurious, "Share of returns that become too short")
+        ->check(CLI::Range(0.0, 1.0));
+    command->add_option("--points", judge.n_points, "Test points of a street")
+        ->check(CLI::Range(100, 1000000));
+    command->add_option("--seed", judge.seed, "Seed of split, points and draws");
+    add_live_options(*command, judge.live);
+    return command;
+}
+
+CLI::App *add_cars(CLI::App &app, Options &options)
+{
+    StreetConfig &street = options.cars.street;
+    CLI::App *const command =
+        add_command(app, "cars", "Scans until vehicles that left or came are noticed", options);
+    command->add_option("--seed", street.seed, "Seed of the street");
+    command->add_option("--scans", street.n_scans, "Number of scans");
+    command->add_option("--beams", street.n_beams, "Beams in each scan");
+    command->add_option("--step", street.step_m, "Way driven from scan to scan [m]");
+    command->add_option("--cars-leave-at", street.cars_leave_at, "Scan at which they leave");
+    command->add_option("--cars-arrive-at", street.cars_arrive_at, "Scan at which they arrive");
+    command->add_option("--cell", options.cars.cell_m, "Low-resolution cells' size [m]")
+        ->check(CLI::Range(0.1, 10.0));
+    add_live_options(*command, options.cars.live);
+    return command;
+}
+
+void add_drive_options(CLI::App &command, DriveConfig &drive)
+{
+    command.add_option("--scans", drive.town.n_scans, "Length of the drive, ten scans a second");
+    command.add_option("--seed", drive.town.seed, "Seed of the town and the drive");
+    command
+        .add_option("--cells", drive.n_cells_side,
+                    "Side of a low-resolution map that follows the robot [cells of 0.5 m]")
+        ->check(CLI::Range(0, 1000));
+    add_live_options(command, drive.live);
+}
+
+CLI::App *add_drive(CLI::App &app, Options &options)
+{
+    CLI::App *const command =
+        add_command(app, "drive", "Memory, work and query cost of a long drive", options);
+    add_drive_options(*command, options.bench.drive);
+    return command;
+}
+
+CLI::App *add_insert(CLI::App &app, Options &options)
+{
+    CLI::App *const command = add_command(app, "insert", "Time of inserting a scan", options);
+    add_drive_options(*command, options.bench.drive);
+    command->add_option("--kept", options.bench.n_kept, "Beams kept when measuring begins");
+    command->add_option("--measured", options.bench.n_scans, "Scans measured")
+        ->check(CLI::Range(1, 1000000));
+    command->add_option("--runs", options.bench.n_runs, "Repetitions of the whole drive")
+        ->check(CLI::Range(1, 1000));
+    return command;
+}
+
+void check_street(const StreetConfig &street)
+{
+    const std::string absurd = street_config_error(street);
+    if (!absurd.empty()) {
+        throw std::runtime_error(absurd);
+    }
+}
+
+nlohmann::ordered_json cars_figures(Options &options)
+{
+    check_street(options.cars.street);
+    options.cars.params = read_params(options.params_path);
+    return cars_report(options.cars);
+}
+
+nlohmann::ordered_json drive_figures(Options &options, bool insertion)
+{
+    check_length(options.bench.drive);
+    options.bench.drive.params = read_params(options.params_path);
+    return insertion ? insert_report(options.bench) : drive_report(options.bench.drive);
+}
+
+nlohmann::ordered_json judge_figures(Options &options)
+{
+    options.judge.params_path = options.params_path;
+    return judge_report(options.judge);
+}
+
+void report(const Options &options, const nlohmann::ordered_json &figures)
+{
+    const std::string text = figures.dump(1) + "\n";
+    if (options.json_path.empty()) {
+        std::fputs(text.c_str(), stdout);
+    } else {
+        replace_files({{options.json_path, text}});
+    }
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    CLI::App app("Keep a map the vehicle's way and say what it knows and costs: figures as JSON.",
+                 "gpom-live");
+    Options options;
+    app.require_subcommand(1);
+    const CLI::App *const judge = add_judge(app, options);
+    const CLI::App *const cars = add_cars(app, options);
+    const CLI::App *const insert = add_insert(app, options);
+    add_drive(app, options);
+    return run_tool(app, argc, argv, [&] {
+        report(options, judge->parsed()  ? judge_figures(options)
+                        : cars->parsed() ? cars_figures(options)
+                                         : drive_figures(options, insert->parsed()));
+    });
+}

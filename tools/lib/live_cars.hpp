@@ -1,0 +1,34 @@
+// Parked vehicles that leave or arrive while a live map looks on.
+#ifndef GPOM_TOOLS_LIB_LIVE_CARS_HPP
+#define GPOM_TOOLS_LIB_LIVE_CARS_HPP
+
+#include "tools/lib/host_map.hpp"
+#include "tools/lib/street.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace gpom_tools
+{
+
+struct CarsTrial {
+    StreetConfig street; ///< Vehicles arrive or leave on the way.
+    LiveConfig live;
+    gpom_params_t params;
+    double cell_m = 0.5;
+};
+
+/// There and back along a street, past vehicles that leave half way.
+CarsTrial default_cars();
+
+/// After how many scans that look at it a vehicle's cell says what changed, for each cell, and the
+/// raster before and after.
+///
+/// A cell is a vehicle's if its centre lies in one. Vehicles leave: of those that were occupied, how
+/// many scans saw through each until it was no longer. A scan sees through a cell if one of its
+/// beams crosses it within a quarter of its side from the centre and goes on beyond its edge.
+/// Vehicles arrive: of those in which a return lay, how many scans had one until it was occupied.
+nlohmann::ordered_json cars_report(const CarsTrial &trial);
+
+} // namespace gpom_tools
+
+#endif

@@ -1,0 +1,150 @@
+#include "tools/lib/live_judge.hpp"
+
+#include "tools/lib/eval_trial.hpp"
+#include "tools/lib/live_report.hpp"
+#include "tools/lib/metrics.hpp"
+#include "tools/lib/params_toml.hpp"
+#include "tools/lib/progress.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace gpom_tools
+{
+namespace
+{
+
+using Json = nlohmann::ordered_json;
+
+/// Streams of numbers besides the split's, which has the seed itself.
+constexpr std::uint64_t kSpuriousSeed = 1000, kDrawSeed = 2000;
+
+struct Data {
+    std::vector<Scan> scans;
+    std::vector<TestPoint> points;
+};
+
+Data street_data(const JudgeOptions &options)
+{
+    Data data{read_scans(options.scans_path, {}), {}};
+    const std::vector<GridBeam> beams = beams_of(data.scans, kHalfSpacing);
+    const std::vector<TestPoint> points =
+        street_points(read_truth(options.truth_path), options.n_points, options.seed);
+    std::copy_if(points.begin(), points.end(), std::back_inserter(data.points),
+                 [&](const TestPoint &point) { return is_near(point.at, beams, kNearBeam); });
+    return data;
+}
+
+Data log_data(const JudgeOptions &options)
+{
+    std::vector<Scan> scans = read_scans(options.scans_path, {options.range_max_m});
+    for (Scan &scan : scans) {
+        scan.range_max_m = std::min(scan.range_max_m, options.range_max_m);
+    }
+    LogSplit split = split_log(scans, options.fraction, options.seed);
+    return {std::move(split.training), std::move(split.points)};
+}
+
+Json accuracy_json(const HostMap &map, const std::vector<TestPoint> &points)
+{
+    const std::vector<gpom_answer_t> answers = map.query(places_of(points));
+    std::vector<Prediction> predictions;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        predictions.push_back({static_cast<double>(answers[i].probability), points[i].occupied});
+    }
+    const Metrics metrics = measure(std::move(predictions));
+    return {{"kept", gpom_map_beam_count(map.get())},
+            {"auc", metrics.auc},
+            {"fp_at_tp95", metrics.false_positive_rate},
+            {"nll", metrics.nll},
+            {"ece", metrics.calibration_error}};
+}
+
+bool is_return(const Scan &scan, float range_m)
+{
+    return range_m > 0.0f && static_cast<double>(range_m) < scan.range_max_m;
+}
+
+/// A reading that a map can use.
+bool is_beam(float range_m) { return range_m > 0.0f; } // NaN fails
+
+/// NaN for all beams but n, chosen at random: Knuth, The Art of Computer Programming, vol. 2,
+/// algorithm 3.4.2 S.
+std::vector<Scan> drawn(std::vector<Scan> scans, std::size_t n, std::uint64_t seed)
+{
+    std::size_t n_left = 0;
+    for (const Scan &scan : scans) {
+        n_left += static_cast<std::size_t>(
+            std::count_if(scan.ranges_m.begin(), scan.ranges_m.end(), is_beam));
+    }
+    ProtocolRandom random(seed);
+    for (Scan &scan : scans) {
+        for (float &range_m : scan.ranges_m) {
+            if (!is_beam(range_m)) {
+                continue;
+            }
+            if (random.uniform() * static_cast<double>(n_left--) < static_cast<double>(n)) {
+                --n;
+            } else {
+                range_m = std::numeric_limits<float>::quiet_NaN();
+            }
+        }
+    }
+    return scans;
+}
+
+/// The map of a drive, and the work of its steps.
+Json drive(HostMap &map, const std::vector<Scan> &scans, std::uint64_t step_ops)
+{
+    Progress progress("mapping");
+    std::uint64_t ops = 0, ops_max = 0;
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+        map.insert(scans[i]);
+        const std::uint64_t used = map.step(step_ops);
+        ops += used;
+        ops_max = std::max(ops_max, used);
+        progress.update(i + 1, scans.size());
+    }
+    return {{"mean", static_cast<double>(ops) / static_cast<double>(scans.size())},
+            {"max", ops_max},
+            {"budget", step_ops}};
+}
+
+} // namespace
+
+void add_spurious(std::vector<Scan> &scans, double share, std::uint64_t seed)
+{
+    ProtocolRandom random(seed);
+    for (Scan &scan : scans) {
+        for (float &range_m : scan.ranges_m) {
+            if (is_return(scan, range_m) && random.uniform() < share) {
+                range_m = static_cast<float>(random.uniform()) * range_m;
+            }
+        }
+    }
+}
+
+Json judge_report(const JudgeOptions &options)
+{
+    const gpom_params_t params = read_params(options.params_path);
+    Data data = options.truth_path.empty() ? log_data(options) : street_data(options);
+    add_spurious(data.scans, options.spurious, options.seed + kSpuriousSeed);
+    const gpom_point_t middle = middle_of(data.scans);
+    HostMap live(live_config(params, options.live, middle));
+    const Json ops = drive(live, data.scans, options.live.step_ops);
+    Json report = accuracy_json(live, data.points);
+    const std::size_t n = gpom_map_beam_count(live.get());
+    HostMap random(params, n, middle);
+    random.insert(drawn(data.scans, n, options.seed + kDrawSeed));
+    return {{"live", report},
+            {"random", accuracy_json(random, data.points)},
+            {"scans", data.scans.size()},
+            {"points", data.points.size()},
+            {"beam_max", options.live.beam_max},
+            {"map_bytes", live.bytes()},
+            {"step_ops", ops},
+            {"counts", counts_json(live.stats())}};
+}
+
+} // namespace gpom_tools

@@ -1,0 +1,36 @@
+// How much a live map knows, by points it has not seen.
+#ifndef GPOM_TOOLS_LIB_LIVE_JUDGE_HPP
+#define GPOM_TOOLS_LIB_LIVE_JUDGE_HPP
+
+#include "tools/lib/host_map.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+
+namespace gpom_tools
+{
+
+struct JudgeOptions {
+    std::string scans_path;
+    std::string truth_path; ///< Of a street; none for a log.
+    std::string params_path;
+    LiveConfig live;
+    double range_max_m = 49.0;    ///< Of logs.
+    double fraction = 0.9;        ///< Of a log's returns make the map, the others judge it.
+    double spurious = 0.0;        ///< Share of the map's returns that become shorter, by chance.
+    std::size_t n_points = 20000; ///< Of a street.
+    std::uint64_t seed = 0;
+};
+
+/// The live map of all scans in their order, stepped after each, against a map of as many beams
+/// drawn at random from the same scans: accuracy, counts by cause, memory and work.
+nlohmann::ordered_json judge_report(const JudgeOptions &options);
+
+/// Returns that are too short, as from dust, rain or another laser: with this probability a return
+/// is replaced by a range that is uniform between 0 and the true one.
+void add_spurious(std::vector<Scan> &scans, double share, std::uint64_t seed);
+
+} // namespace gpom_tools
+
+#endif
