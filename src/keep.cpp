@@ -217,6 +217,9 @@ uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2)
 void settle(gpom_map &map)
 {
     Group &group = map.keeper.group;
+    if (group.n == 0) {
+        return;
+    }
     group.known = 0;
     group.against = 0;
     group.clearing = 0;
