@@ -102,6 +102,14 @@ tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
 results: tools ## Judge all methods on all logs of DATA and on streets: RESULTS.md (minutes)
 	$(Q)$(BUILD)/gpom-results --build $(BUILD) --data $(DATA) --out RESULTS.md
 
+bench-insert: tools ## Time inserting scans into a map of 20,000 beams
+	$(Q)$(BUILD)/gpom-live insert --params tools/params/street.toml
+
+lane-widths: tools ## Build gpom-query with the other lane widths, to compare
+	$(Q)for lanes in 1 8 16; do \
+	    $(MAKE) BUILD=build/host-lanes$$lanes LANES=$$lanes build/host-lanes$$lanes/gpom-query \
+	        || exit 1; done
+
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
 
@@ -111,6 +119,7 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 test-all: $(if $(SKIP_BASE),,test-programs) build/setup/lint firmware ## Run `test`, firmware, lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 	$(Q)$(MAKE) CONFIG=thread tsan
+	$(Q)$(MAKE) lane-widths
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
 lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
@@ -135,7 +144,8 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools demo results test test-all lint format check-symbols firmware \
+.PHONY: help lib tools bench-insert lane-widths demo results test test-all lint format \
+        check-symbols firmware \
         test-firmware clean distclean test-programs unit tsan firmware-image FORCE
 .DEFAULT_GOAL := help
 
