@@ -121,6 +121,9 @@ results: tools build/setup/results ## Judge all methods, logs of DATA, streets: 
 
 codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS= for firmware)
 
+bench-insert: tools ## Time inserting scans into a map of 20,000 beams
+	$(Q)$(BUILD)/gpom-live insert --params tools/params/street.toml
+
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
 
@@ -160,9 +163,9 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools codec demo results fuzz test test-all lint format check-symbols firmware \
-        test-firmware clean distclean test-programs unit tsan endian codec-tests fuzzers \
-        firmware-image FORCE
+.PHONY: help lib tools codec bench-insert demo results fuzz test test-all lint format \
+        check-symbols firmware test-firmware clean distclean test-programs unit tsan endian \
+        codec-tests fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------

@@ -57,6 +57,7 @@ CLI::App *add_judge(CLI::App &app, Options &options)
         ->check(CLI::Range(100, 1000000));
     command->add_option("--seed", judge.seed, "Seed of split, points and draws");
     add_live_options(*command, judge.live);
+    add_capacity_option(*command, judge.live);
     return command;
 }
 
@@ -74,6 +75,7 @@ CLI::App *add_cars(CLI::App &app, Options &options)
     command->add_option("--cell", options.cars.cell_m, "Low-resolution cells' size [m]")
         ->check(CLI::Range(0.1, 10.0));
     add_live_options(*command, options.cars.live);
+    add_capacity_option(*command, options.cars.live);
     return command;
 }
 
@@ -86,6 +88,7 @@ void add_drive_options(CLI::App &command, DriveConfig &drive)
                     "Side of a low-resolution map that follows the robot [cells of 0.5 m]")
         ->check(CLI::Range(0, 1000));
     add_live_options(command, drive.live);
+    add_capacity_option(command, drive.live);
 }
 
 CLI::App *add_drive(CLI::App &app, Options &options)

@@ -2,6 +2,7 @@
 #include "tools/lib/answer_csv.hpp"
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/host_map.hpp"
+#include "tools/lib/live_options.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/progress.hpp"
 #include "tools/lib/text_lines.hpp"
@@ -26,6 +27,9 @@ struct Options {
     std::vector<double> origin = {0.0, 0.0};
     double range_max_m = 49.0;
     std::optional<double> beam_max; ///< Absent: as many as the scans have.
+    std::string kept_path;          ///< Kept beams to write, CSV.
+    bool live = false;              ///< Keep what is worth keeping.
+    LiveConfig live_config;
 };
 
 void declare_options(CLI::App &app, Options &options)
@@ -55,8 +59,15 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--range-max", options.range_max_m, "Usable range of a CARMEN log's sensor [m]")
         ->capture_default_str();
     app.add_option("--beam-max", options.beam_max,
-                   "Capacity of the map [beams]; default: all of the scans'")
+                   "Capacity of the map [beams]; default: all of the scans'; with --live 16384")
         ->check(CLI::Number);
+    CLI::Option *const live =
+        app.add_flag("--live", options.live,
+                     "Keep what is worth keeping, as the vehicle's map does, scan by scan");
+    for (CLI::Option *const option : add_live_options(app, options.live_config)) {
+        option->needs(live);
+    }
+    app.add_option("--kept", options.kept_path, "Kept beams to write, CSV")->type_name("FILE");
 }
 
 /// A count from the command line, where 1e12 must be an error and not wrap.
@@ -122,11 +133,25 @@ HostMap map_of(const Options &options, const std::vector<Scan> &scans)
     const gpom_params_t params = read_params(options.params_path);
     const gpom_point_t origin = {options.origin[0], options.origin[1]};
     check_reach(scans, origin);
-    const double beam_max = options.beam_max.value_or(static_cast<double>(beam_count(scans)));
-    HostMap map(params,
-                static_cast<std::size_t>(whole_number(beam_max, 1, GPOM_BEAM_MAX, "--beam-max")),
-                origin);
-    map.insert(scans);
+    const double all =
+        static_cast<double>(options.live ? options.live_config.beam_max : beam_count(scans));
+    const double wanted = options.beam_max.value_or(all);
+    const auto beam_max =
+        static_cast<std::size_t>(whole_number(wanted, 1, GPOM_BEAM_MAX, "--beam-max"));
+    if (!options.live) {
+        HostMap map(params, beam_max, origin);
+        map.insert(scans);
+        return map;
+    }
+    LiveConfig live = options.live_config;
+    live.beam_max = static_cast<std::uint32_t>(beam_max);
+    HostMap map(live_config(params, live, origin));
+    Progress progress("mapping");
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+        map.insert(scans[i]);
+        map.step(live.step_ops);
+        progress.update(i + 1, scans.size());
+    }
     return map;
 }
 
@@ -167,6 +192,23 @@ void report(const HostMap &map, const std::vector<gpom_answer_t> &answers)
     }
 }
 
+/// What became of beams besides being kept.
+void report_live(const HostMap &map)
+{
+    const gpom_stats_t stats = map.stats();
+    std::printf(
+        "%u beams in the map: %llu confirmed what was known, %llu contradicted it, %llu were "
+        "redundant; %llu evicted, %llu not confirmed, %llu hits and %llu free segments "
+        "cleared\n",
+        gpom_map_beam_count(map.get()), static_cast<unsigned long long>(stats.beams_known),
+        static_cast<unsigned long long>(stats.beams_contradicting),
+        static_cast<unsigned long long>(stats.beams_redundant),
+        static_cast<unsigned long long>(stats.beams_evicted),
+        static_cast<unsigned long long>(stats.beams_not_confirmed),
+        static_cast<unsigned long long>(stats.hits_cleared),
+        static_cast<unsigned long long>(stats.free_cleared));
+}
+
 void query(const Options &options)
 {
     ReadOptions read_options;
@@ -175,8 +217,15 @@ void query(const Options &options)
     const std::vector<Scan> scans = read_scans(options.scans_path, read_options);
     const HostMap map = map_of(options, scans);
     const std::vector<gpom_answer_t> answers = answers_of(map, points);
-    replace_files({{options.out_path, answers_csv(points, answers)}});
+    std::vector<FileContent> files = {{options.out_path, answers_csv(points, answers)}};
+    if (!options.kept_path.empty()) {
+        files.push_back({options.kept_path, beams_csv(map.kept())});
+    }
+    replace_files(files);
     report(map, answers);
+    if (options.live) {
+        report_live(map);
+    }
 }
 
 } // namespace

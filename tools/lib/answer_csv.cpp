@@ -10,6 +10,12 @@ namespace
 
 constexpr const char *kClassNames[] = {"free", "unsure", "occupied"};
 
+template <typename Number> void append_field(std::string &text, Number value)
+{
+    append_number(text, value);
+    text += ',';
+}
+
 } // namespace
 
 std::vector<gpom_point_t> read_points(const std::string &path)
@@ -55,15 +61,33 @@ std::string answers_csv(const std::vector<gpom_point_t> &points,
     std::string text = "x,y,mean,variance,probability,class\n";
     for (std::size_t i = 0; i < points.size(); ++i) {
         for (const double coordinate_m : {points[i].x_m, points[i].y_m}) {
-            append_number(text, coordinate_m);
-            text += ',';
+            append_field(text, coordinate_m);
         }
         for (const float value : {answers[i].mean, answers[i].variance, answers[i].probability}) {
-            append_number(text, value);
-            text += ',';
+            append_field(text, value);
         }
         text += kClassNames[answers[i].cls];
         text += '\n';
+    }
+    return text;
+}
+
+std::string beams_csv(const std::vector<gpom_beam_t> &beams)
+{
+    std::string text = "id,stamp_us,x_m,y_m,dir_x,dir_y,range_m,hit_noise,free_noise,is_hit,"
+                       "is_free,returned,provisional,n_agreed\n";
+    for (const gpom_beam_t &beam : beams) {
+        text += std::to_string(beam.id) + ',' + std::to_string(beam.stamp_us) + ',';
+        append_field(text, beam.x_m);
+        append_field(text, beam.y_m);
+        for (const float value :
+             {beam.dir_x, beam.dir_y, beam.range_m, beam.hit_noise, beam.free_noise}) {
+            append_field(text, value);
+        }
+        for (const int flag : {beam.is_hit, beam.is_free, beam.returned, beam.provisional}) {
+            text += std::to_string(flag) + ',';
+        }
+        text += std::to_string(beam.n_agreed) + '\n';
     }
     return text;
 }

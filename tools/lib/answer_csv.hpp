@@ -25,6 +25,10 @@ std::vector<gpom_point_t> cell_centres(const gpom_raster_t &raster);
 std::string answers_csv(const std::vector<gpom_point_t> &points,
                         const std::vector<gpom_answer_t> &answers);
 
+/// Kept beams, one a line with the fields of gpom_beam_t named in the first. Numbers read back to
+/// the same bits.
+std::string beams_csv(const std::vector<gpom_beam_t> &beams);
+
 } // namespace gpom_tools
 
 #endif

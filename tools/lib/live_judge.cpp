@@ -17,6 +17,9 @@ namespace
 
 using Json = nlohmann::ordered_json;
 
+/// Scans of a street whose beams say which places are near one.
+constexpr std::size_t kNearScans = 50;
+
 /// Streams of numbers besides the split's, which has the seed itself.
 constexpr std::uint64_t kSpuriousSeed = 1000, kDrawSeed = 2000;
 
@@ -28,7 +31,8 @@ struct Data {
 Data street_data(const JudgeOptions &options)
 {
     Data data{read_scans(options.scans_path, {}), {}};
-    const std::vector<GridBeam> beams = beams_of(data.scans, kHalfSpacing);
+    const std::vector<GridBeam> beams =
+        beams_of(evenly_taken(data.scans, kNearScans), kHalfSpacing);
     const std::vector<TestPoint> points =
         street_points(read_truth(options.truth_path), options.n_points, options.seed);
     std::copy_if(points.begin(), points.end(), std::back_inserter(data.points),

@@ -5,24 +5,32 @@
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/host_map.hpp"
 
+#include <vector>
+
 namespace gpom_tools
 {
 
-inline void add_live_options(CLI::App &app, LiveConfig &live)
+/// All but the capacity, which gpom-query names itself.
+inline std::vector<CLI::Option *> add_live_options(CLI::App &app, LiveConfig &live)
+{
+    return {app.add_option("--keep", live.keep_m,
+                           "A return this near to a kept hit confirms it and is not kept [m]")
+                ->check(CLI::Range(1e-3, 100.0))
+                ->capture_default_str(),
+            app.add_option("--clear-scans", live.clear_scans,
+                           "Scans in a row that must see through a hit before it goes; 0: never")
+                ->check(CLI::IsMember({0, 2, 3, 4}))
+                ->capture_default_str(),
+            app.add_option("--step-ops", live.step_ops,
+                           "Budget of the work after each scan [operations]")
+                ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53))
+                ->capture_default_str()};
+}
+
+inline void add_capacity_option(CLI::App &app, LiveConfig &live)
 {
     app.add_option("--beam-max", live.beam_max, "Capacity of the map [beams]")
         ->check(CLI::Range(1u, GPOM_BEAM_MAX))
-        ->capture_default_str();
-    app.add_option("--keep", live.keep_m,
-                   "A return this near to a kept hit confirms it instead of being kept [m]")
-        ->check(CLI::NonNegativeNumber)
-        ->capture_default_str();
-    app.add_option("--clear-scans", live.clear_scans,
-                   "Scans in a row that must see through a hit before it goes; 0: never")
-        ->check(CLI::IsMember({0, 2, 3, 4}))
-        ->capture_default_str();
-    app.add_option("--step-ops", live.step_ops, "Budget of the work after each scan [operations]")
-        ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53))
         ->capture_default_str();
 }
 

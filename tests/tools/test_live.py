@@ -1,0 +1,141 @@
+"""Maps kept the vehicle's way: the same drive gives the same map, spurious returns and vehicles that
+come or go do little harm, and a long drive costs no more at its end than at its start.
+"""
+import csv
+import json
+import pathlib
+import subprocess
+
+import numpy as np
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PARAMS = ROOT / "tools" / "params"
+SPURIOUS = 0.05
+COST_MAX = 0.10  # of NLL, for that share
+
+
+def figures(run, *arguments):
+    done = run("gpom-live", *arguments)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def drive(run, tmp_path_factory):
+    """Scans and ground truth of a drive past the same street twice."""
+    folder = tmp_path_factory.mktemp("drive")
+    scans, truth = folder / "scans.csv", folder / "truth.pgm"
+    done = run("gpom-sim", "--seed", 2, "--scans", 240, "--beams", 120, "--step", 0.8,
+               "--there-and-back", "--out", scans, "--truth", truth)
+    assert done.returncode == 0, done.stderr
+    return scans, truth
+
+
+# ---- gpom-query --live --------------------------------------------------------------------------
+
+RASTER = "10,10,0.5,120,100"
+
+
+def live_map(program, scans, folder, name, *more):
+    """Bytes of the kept beams' file, and probabilities of a raster."""
+    kept, out = folder / f"{name}-kept.csv", folder / f"{name}-out.csv"
+    done = subprocess.run([program, "--scans", scans, "--params", PARAMS / "street.toml", "--raster",
+                           RASTER, "--out", out, "--kept", kept, "--live", "--beam-max", "3000",
+                           *map(str, more)], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    with open(out, encoding="utf-8") as file:
+        answers = np.array([float(row["probability"]) for row in csv.DictReader(file)])
+    return kept.read_bytes(), answers, done.stdout
+
+
+def test_the_same_drive_gives_the_same_map_bit_for_bit(tool, drive, tmp_path):
+    first = live_map(tool("gpom-query"), drive[0], tmp_path, "first")
+    second = live_map(tool("gpom-query"), drive[0], tmp_path, "second")
+    assert first[0].count(b"\n") == 3001 and first[0] == second[0]
+    assert np.array_equal(first[1], second[1]) and first[2] == second[2]
+
+
+def test_live_options_need_live(run, drive, tmp_path):
+    done = run("gpom-query", "--scans", drive[0], "--params", PARAMS / "street.toml", "--raster",
+               RASTER, "--out", tmp_path / "out.csv", "--keep", 0.1)
+    assert done.returncode == 2 and "--live" in done.stderr
+
+
+# ---- accuracy -----------------------------------------------------------------------------------
+
+def judged(run, scans, preset, *more):
+    return figures(run, "judge", "--scans", scans, "--params", PARAMS / f"{preset}.toml", *more)
+
+
+def test_kept_beams_know_more_than_as_many_drawn_at_random(run, log):
+    report = judged(run, log("intel.log.gz"), "indoor", "--seed", 5)
+    assert report["live"]["kept"] == report["random"]["kept"] <= report["beam_max"]
+    assert report["live"]["nll"] < report["random"]["nll"]
+    assert report["live"]["auc"] > report["random"]["auc"]
+    assert report["step_ops"]["max"] <= report["step_ops"]["budget"]
+
+
+def test_every_beam_of_a_log_is_accounted_for(run, log):
+    counts = judged(run, log("intel.log.gz"), "indoor")["counts"]
+    kept = counts["beams_hit"] + counts["beams_no_return"]
+    offered = kept + sum(counts[name] for name in (
+        "beams_nan", "beams_not_positive", "beams_too_near", "beams_masked", "beams_known",
+        "beams_contradicting", "beams_redundant", "beams_ids_spent"))
+    assert counts["scans_inserted"] == 910 and offered == 910 * 180
+
+
+def test_spurious_returns_cost_little(run, drive):
+    clean, dirty = (judged(run, drive[0], "street", "--truth", drive[1], "--spurious", share)
+                    for share in (0, SPURIOUS))
+    assert dirty["counts"]["beams_not_confirmed"] > clean["counts"]["beams_not_confirmed"]
+    assert dirty["live"]["nll"] <= (1.0 + COST_MAX) * clean["live"]["nll"]
+
+
+# ---- vehicles that come and go ------------------------------------------------------------------
+
+def changed_cells(run, leave_at, arrive_at):
+    report = figures(run, "cars", "--params", PARAMS / "street.toml", "--seed", 1, "--scans", 80,
+                     "--cars-leave-at", leave_at, "--cars-arrive-at", arrive_at)
+    return report["cells"]
+
+
+def test_cells_of_vehicles_that_left_clear_within_five_scans_that_look_through_them(run):
+    """One in twenty may take longer: beams miss its hits by more than the margin."""
+    cells = changed_cells(run, 40, 0)
+    assert cells["cells"] >= 50 and cells["late"] <= 0.05 * cells["cells"]
+
+
+@pytest.mark.xfail(strict=True, reason="free segments through the vehicle stay beside its hits")
+def test_cells_of_vehicles_that_arrived_are_occupied_within_five_scans_that_return_from_them(run):
+    cells = changed_cells(run, -1, 40)
+    assert cells["cells"] >= 10 and cells["late"] <= 0.05 * cells["cells"]
+
+
+# ---- long drives --------------------------------------------------------------------------------
+
+def test_memory_work_and_query_cost_of_a_drive_do_not_grow(run):
+    report = figures(run, "drive", "--params", PARAMS / "street.toml", "--scans", 1500,
+                     "--beam-max", 4000, "--step-ops", 200_000, "--cells", 64)
+    tenths = report["tenths"]
+    assert len(tenths) == 10 and sum(t["scans"] for t in tenths) == 1500
+    assert all(t["step_ops_max"] <= report["step_ops_budget"] for t in tenths)
+    assert all(t["kept"] == 4000 for t in tenths[3:])
+    grown = tenths[-1]["resident_bytes"] - tenths[2]["resident_bytes"]
+    assert grown < 1_000_000  # of scans of 720 bytes each, and of the process itself
+    early, late = (np.mean([t["items_per_query"] for t in part])
+                   for part in (tenths[3:6], tenths[7:]))
+    assert late < 1.5 * early
+
+
+def test_insertion_is_measured_on_a_full_map(run):
+    report = figures(run, "insert", "--params", PARAMS / "street.toml", "--scans", 2000,
+                     "--beam-max", 2000, "--kept", 2000, "--measured", 50, "--runs", 2)
+    assert report["kept"] == 2000 and report["scans"] == 50
+    for part in ("insert", "step"):
+        assert 0 < report[part]["us_mean"] <= report[part]["us_max"]
+
+
+def test_a_drive_too_short_to_fill_the_map_is_refused(run):
+    done = run("gpom-live", "insert", "--params", PARAMS / "street.toml", "--scans", 10)
+    assert done.returncode == 2 and "--scans" in done.stderr
