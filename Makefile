@@ -84,7 +84,8 @@ PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
 objects = $(patsubst %,$(BUILD)/obj/%.o,$(basename $(1)))
 
 CORE_OBJ  := $(call objects,$(wildcard src/*.cpp))
-TOOL_SRC  := $(wildcard tools/gpom_*.cpp)
+LCM_TOOL_SRC := tools/gpom_replay.cpp # these need liblcm: built with the daemon
+TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
 TEST_OBJ  := $(call objects,$(wildcard tests/unit/*.cpp tests/property/*.cpp))
@@ -92,6 +93,12 @@ ENDIAN_OBJ := $(call objects,$(wildcard tests/endian/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
+# The daemon; what it shares with the tools are the readers of files.
+LINUX_OBJ := $(call objects,$(wildcard ports/linux/*.cpp))
+LINUX_LIB := $(filter-out %/gpomd.o,$(LINUX_OBJ)) \
+             $(call objects,tools/lib/params_toml tools/lib/toml_table)
+LCM_TOOL_OBJ := $(call objects,$(LCM_TOOL_SRC) $(wildcard tests/linux/*.cpp))
+LCM_TOOLS := $(BUILD)/gpomd $(BUILD)/gpom-replay
 CODEC_SRC := $(wildcard ports/codec/*.c)
 CODEC_OBJ := $(call objects,$(CODEC_SRC))
 FUZZERS   := $(patsubst tests/fuzz/%.cpp,build/host-fuzz/%,$(wildcard tests/fuzz/*.cpp))
@@ -123,6 +130,11 @@ codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS=
 
 bench-insert: tools ## Time inserting scans into a map of 20,000 beams
 	$(Q)$(BUILD)/gpom-live insert --params tools/params/street.toml
+
+gpomd: $(LCM_TOOLS) $(BUILD)/gpom-watch ## Build the LCM daemon, gpom-replay and gpom-watch
+
+demo-lcm: gpomd $(BUILD)/gpom-sim ## Replay a street or LOG over LCM into gpomd: build/demo-lcm
+	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
 
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
@@ -163,8 +175,8 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools codec bench-insert demo results fuzz test test-all lint format \
-        check-symbols firmware test-firmware clean distclean test-programs unit tsan endian \
+.PHONY: help lib tools codec gpomd bench-insert demo demo-lcm results fuzz test test-all lint \
+        format check-symbols firmware test-firmware clean distclean test-programs unit tsan endian \
         codec-tests fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
 
@@ -205,10 +217,11 @@ $(BUILD)/flags: FORCE
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
 $(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
-    $(PORT_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
+    $(PORT_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
+$(LINUX_OBJ) $(LCM_TOOL_OBJ): | build/setup/lcm
 
 define compile # compiler and flags
 	@mkdir -p $(@D)
@@ -218,7 +231,8 @@ endef
 
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS))
-$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ): $(BUILD)/obj/%.o: %.cpp
+$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ): \
+    $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
@@ -264,6 +278,14 @@ $(BUILD)/codec_tests: $(CODEC_TEST_OBJ) $(BUILD)/obj/tests/unit/main.o $(LCM_OBJ
 $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)/libgpom_codec.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
+
+$(BUILD)/gpomd: $(BUILD)/obj/ports/linux/gpomd.o $(LINUX_LIB)
+$(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
+    $(call objects,tools/lib/scan_log tools/lib/text_lines)
+$(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_codec.a,$^) $(filter %gpom.a,$^) \
+	    -llcm -lz
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
 $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SRC) \

@@ -1,15 +1,10 @@
 #include "tools/lib/params_toml.hpp"
 
-#include "tools/lib/file_error.hpp"
-
-#include <toml++/toml.h>
+#include "tools/lib/toml_table.hpp"
 
 #include <array>
-#include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <set>
-#include <sstream>
 #include <utility>
 
 namespace gpom_tools
@@ -29,89 +24,33 @@ constexpr std::array<NamedKernel, 5> kKernels = {{{"nn", GPOM_KERNEL_NN},
                                                   {"se", GPOM_KERNEL_SE},
                                                   {"askey", GPOM_KERNEL_ASKEY}}};
 
-/// The file's table, with errors that name its lines.
-class Reader {
-public:
-    Reader(std::string path, const toml::table &table) : path_(std::move(path)), table_(table) {}
-
-    [[noreturn]] void fail(const std::string &key, const std::string &text) const
-    {
-        const toml::node *const node = table_.get(key);
-        const int line = node != nullptr ? static_cast<int>(node->source().begin.line) : 0;
-        throw FileError(path_, line, text);
-    }
-
-    bool has(const std::string &key) const { return table_.contains(key); }
-
-    float number(const std::string &key) const
-    {
-        require(key);
-        const auto value = table_[key].value<double>();
-        if (!value) {
-            fail(key, key + ": must be a number");
-        }
-        return static_cast<float>(*value);
-    }
-
-    std::uint16_t count(const std::string &key) const
-    {
-        require(key);
-        const auto value = table_[key].value_exact<std::int64_t>();
-        if (!value || *value < 0 || *value > static_cast<std::int64_t>(GPOM_POINTS_MAX)) {
-            fail(key, key + ": must be a whole number from 0 to 64");
-        }
-        return static_cast<std::uint16_t>(*value);
-    }
-
-    std::string word(const std::string &key) const
-    {
-        require(key);
-        const auto value = table_[key].value<std::string>();
-        if (!value) {
-            fail(key, key + ": must be a word in quotes");
-        }
-        return *value;
-    }
-
-    void refuse_keys_beyond(const std::set<std::string> &known) const
-    {
-        for (const auto &[key, node] : table_) {
-            const std::string name(key.str());
-            if (known.count(name) == 0) {
-                fail(name, name + ": unknown key, or not one of this kernel; remove it");
-            }
-        }
-    }
-
-private:
-    void require(const std::string &key) const
-    {
-        if (!has(key)) {
-            fail(key, key + ": missing; add it");
-        }
-    }
-
-    std::string path_;
-    const toml::table &table_;
-};
-
-gpom_kernel_t kernel_of(const Reader &reader)
+float number(const TomlTable &table, const std::string &key)
 {
-    const std::string name = reader.word("kernel");
+    return static_cast<float>(table.number(key));
+}
+
+std::uint16_t count(const TomlTable &table, const std::string &key)
+{
+    return static_cast<std::uint16_t>(table.whole(key, 0, GPOM_POINTS_MAX));
+}
+
+gpom_kernel_t kernel_of(const TomlTable &table)
+{
+    const std::string name = table.word("kernel");
     for (const NamedKernel &named : kKernels) {
         if (name == named.name) {
             return named.kernel;
         }
     }
-    reader.fail("kernel",
-                "kernel: \"" + name + "\" is not one of nn, matern12, matern32, se, askey");
+    table.fail("kernel",
+               "kernel: \"" + name + "\" is not one of nn, matern12, matern32, se, askey");
 }
 
-gpom_frame_t frame_of(const Reader &reader)
+gpom_frame_t frame_of(const TomlTable &table)
 {
-    const std::string name = reader.has("frame") ? reader.word("frame") : "query";
+    const std::string name = table.has("frame") ? table.word("frame") : "query";
     if (name != "query" && name != "map") {
-        reader.fail("frame", "frame: \"" + name + "\" is not one of query, map");
+        table.fail("frame", "frame: \"" + name + "\" is not one of query, map");
     }
     return name == "map" ? GPOM_FRAME_MAP : GPOM_FRAME_QUERY;
 }
@@ -148,7 +87,7 @@ std::set<std::string> keys_of(std::int32_t kernel)
 }
 
 /// What goes beyond the paper's model; each is neutral where its key is absent.
-void read_context(const Reader &reader, gpom_params_t &params)
+void read_context(const TomlTable &table, gpom_params_t &params)
 {
     const std::pair<const char *, float *> numbers[] = {{"depth_m", &params.depth_m},
                                                         {"anisotropy", &params.anisotropy},
@@ -159,59 +98,40 @@ void read_context(const Reader &reader, gpom_params_t &params)
                                                         {"log_free_first", &params.log_free_first},
                                                         {"log_free_last", &params.log_free_last}};
     for (const auto &[key, value] : numbers) {
-        if (reader.has(key)) {
-            *value = reader.number(key);
+        if (table.has(key)) {
+            *value = number(table, key);
         }
     }
-    if (reader.has("scan_points_max")) {
-        params.scan_points_max = reader.count("scan_points_max");
+    if (table.has("scan_points_max")) {
+        params.scan_points_max = count(table, "scan_points_max");
     }
 }
 
-gpom_params_t params_from(const Reader &reader)
+gpom_params_t params_from(const TomlTable &table)
 {
     gpom_params_t params;
     gpom_params_init(&params);
-    params.kernel = kernel_of(reader);
-    reader.refuse_keys_beyond(keys_of(params.kernel));
-    params.frame = frame_of(reader);
-    params.sf2 = reader.number("sf2");
+    params.kernel = kernel_of(table);
+    table.refuse_keys_beyond(keys_of(params.kernel), ", or not one of this kernel; remove it");
+    params.frame = frame_of(table);
+    params.sf2 = number(table, "sf2");
     if (params.kernel == GPOM_KERNEL_NN) {
-        params.s0 = reader.number("s0");
-        params.s1 = reader.number("s1");
+        params.s0 = number(table, "s0");
+        params.s1 = number(table, "s1");
     } else {
-        params.ell_m = reader.number("ell_m");
+        params.ell_m = number(table, "ell_m");
     }
-    params.sn2 = reader.number("sn2");
-    params.sn2_free = reader.has("sn2_free") ? reader.number("sn2_free") : params.sn2;
-    params.alpha = reader.number("alpha");
-    params.beta = reader.number("beta");
-    params.n_hits = reader.count("hits");
-    params.n_free = reader.count("free");
-    params.gap_m = reader.number("gap_m");
-    params.p_occupied = reader.number("p_occupied");
-    params.p_free = reader.number("p_free");
-    read_context(reader, params);
+    params.sn2 = number(table, "sn2");
+    params.sn2_free = table.has("sn2_free") ? number(table, "sn2_free") : params.sn2;
+    params.alpha = number(table, "alpha");
+    params.beta = number(table, "beta");
+    params.n_hits = count(table, "hits");
+    params.n_free = count(table, "free");
+    params.gap_m = number(table, "gap_m");
+    params.p_occupied = number(table, "p_occupied");
+    params.p_free = number(table, "p_free");
+    read_context(table, params);
     return params;
-}
-
-toml::table parse(const std::string &path)
-{
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream) {
-        throw FileError(path, 0, "cannot open; give the name of a parameters file");
-    }
-    std::ostringstream text;
-    text << stream.rdbuf();
-    if (stream.bad() || text.str().empty()) {
-        throw FileError(path, 0, "is empty or cannot be read; give a parameters file");
-    }
-    try {
-        return toml::parse(text.str(), path);
-    } catch (const toml::parse_error &error) {
-        throw FileError(path, static_cast<int>(error.source().begin.line),
-                        "not TOML: " + std::string(error.description()));
-    }
 }
 
 /// The key that a problem text of gpom_params_check() names first.
@@ -224,12 +144,12 @@ std::string key_of(const std::string &problem)
 
 gpom_params_t read_params(const std::string &path)
 {
-    const toml::table table = parse(path);
-    const Reader reader(path, table);
-    const gpom_params_t params = params_from(reader);
+    const toml::table root = parse_toml(path, "parameters");
+    const TomlTable table(path, root);
+    const gpom_params_t params = params_from(table);
     const char *problem = nullptr;
     if (gpom_params_check(&params, &problem) != GPOM_OK) {
-        reader.fail(key_of(problem), problem);
+        table.fail(key_of(problem), problem);
     }
     return params;
 }

@@ -1,0 +1,124 @@
+#include "ports/linux/answers.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gpomd
+{
+
+namespace
+{
+
+using Points = gpom_point_t[GPOM_WIRE_POINTS_MAX];
+
+double distance_m(const gpom_point_t &a, const gpom_point_t &b)
+{
+    return std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
+}
+
+/// Places along a polyline at arc length 0, step, 2 step, … and at its end.
+gpom_wire_answer_status_t walk(const gpom_wire_query_t &query, Points &places, std::uint32_t &n)
+{
+    const auto step_m = static_cast<double>(query.step_m);
+    n = 0;
+    if (!(step_m > 0.0 && std::isfinite(step_m))) {
+        return GPOM_WIRE_ANSWER_BAD_STEP;
+    }
+    double arc_m = 0.0; // up to the start of the stretch
+    for (std::uint32_t i = 0; i + 1 < query.n_points; ++i) {
+        const gpom_point_t &from = query.points[i];
+        const gpom_point_t &to = query.points[i + 1];
+        const double length_m = distance_m(from, to);
+        if (!std::isfinite(length_m)) {
+            return GPOM_WIRE_ANSWER_OUT_OF_REACH;
+        }
+        for (double next_m = n * step_m; next_m < arc_m + length_m; next_m = n * step_m) {
+            if (n == GPOM_WIRE_POINTS_MAX) {
+                return GPOM_WIRE_ANSWER_TOO_MANY;
+            }
+            const double part = (next_m - arc_m) / length_m;
+            places[n++] = {from.x_m + part * (to.x_m - from.x_m),
+                           from.y_m + part * (to.y_m - from.y_m)};
+        }
+        arc_m += length_m;
+    }
+    if (query.n_points > 0) { // the end
+        if (n == GPOM_WIRE_POINTS_MAX) {
+            return GPOM_WIRE_ANSWER_TOO_MANY;
+        }
+        places[n++] = query.points[query.n_points - 1];
+    }
+    return GPOM_WIRE_ANSWER_OK;
+}
+
+/// The places that a question means.
+gpom_wire_answer_status_t places_of(const gpom_wire_query_t &query, Points &places,
+                                    std::uint32_t &n)
+{
+    if (query.kind == GPOM_WIRE_QUERY_PATH) {
+        return walk(query, places, n);
+    }
+    std::copy_n(query.points, query.n_points, places);
+    n = query.n_points;
+    return GPOM_WIRE_ANSWER_OK;
+}
+
+} // namespace
+
+void QueryQueue::init(Memory &memory)
+{
+    slots_ = memory.take<QuerySlot>(kSlots);
+    free.init(memory, kSlots);
+    ready.init(memory, kSlots);
+    for (std::uint32_t i = 0; i < kSlots; ++i) {
+        slots_[i].query.points = slots_[i].points;
+        free.push(i);
+    }
+}
+
+bool QueryQueue::push(const std::uint8_t *bytes, std::size_t n_bytes)
+{
+    std::uint32_t i_slot = 0;
+    if (!free.pop(i_slot, 0)) {
+        return false;
+    }
+    if (gpom_wire_query_decode(&slots_[i_slot].query, bytes, n_bytes) != GPOM_WIRE_OK) {
+        free.push(i_slot);
+        return false;
+    }
+    ready.push(i_slot);
+    return true;
+}
+
+std::size_t answer(const gpom_wire_query_t &query, const AnswerContext &context,
+                   std::uint8_t *bytes, gpom_wire_answer_status_t &status)
+{
+    Points places;
+    gpom_answer_t answers[GPOM_WIRE_POINTS_MAX];
+    std::uint32_t n = 0;
+    status = places_of(query, places, n);
+    if (status != GPOM_WIRE_ANSWER_OK) {
+        n = 0;
+    }
+    const gpom_status_t result =
+        gpom_query_points(context.map, places, n, answers, context.scratch);
+    if (result == GPOM_ERR_REACH) { // flagged points have the prior: nothing is known there
+        status = GPOM_WIRE_ANSWER_OUT_OF_REACH;
+    }
+    for (std::uint32_t i = 0; i < n; ++i) {
+        if ((answers[i].flags & GPOM_ANSWER_OUT_OF_REACH) != 0) {
+            answers[i].cls = GPOM_WIRE_UNKNOWN;
+        }
+    }
+    const gpom_wire_answer_t message = {context.wall_us,
+                                        context.map_stamp_us,
+                                        query.client,
+                                        query.sequence,
+                                        context.frame_epoch,
+                                        static_cast<std::uint8_t>(status),
+                                        answers,
+                                        n};
+    return gpom_wire_answer_encode(&message, bytes, GPOM_WIRE_ANSWER_BYTES(GPOM_WIRE_POINTS_MAX));
+}
+
+} // namespace gpomd

@@ -1,0 +1,319 @@
+// gpomd: scans in from LCM, maps out to LCM.
+#include "ports/linux/answers.hpp"
+#include "ports/linux/bus.hpp"
+#include "ports/linux/clock.hpp"
+#include "ports/linux/config.hpp"
+#include "ports/linux/intake.hpp"
+#include "ports/linux/mapping.hpp"
+#include "ports/linux/memory.hpp"
+#include "ports/linux/notify.hpp"
+#include "ports/linux/publisher.hpp"
+#include "ports/linux/status.hpp"
+#include "tools/lib/command_line.hpp"
+
+#include <csignal>
+
+#include <atomic>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+namespace gpomd
+{
+
+namespace
+{
+
+/// How long the receiving thread waits for a message before it looks round.
+constexpr int kWait_ms = 50;
+
+/// How often dropped data are told in the log, if there are any.
+constexpr std::int64_t kLogPeriod_us = 10000000;
+
+struct NamedCount {
+    std::size_t place;
+    const char *name;
+};
+
+/// Whatever is dropped, in words of the log.
+constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
+                                 {GPOM_WIRE_SCANS_OUT_OF_REACH, "out of reach"},
+                                 {GPOM_WIRE_SCANS_OTHER_TYPE, "of another type"},
+                                 {GPOM_WIRE_SCANS_CORRUPT, "corrupt"},
+                                 {GPOM_WIRE_SCANS_MALFORMED, "malformed"},
+                                 {GPOM_WIRE_SCANS_LOST, "lost"},
+                                 {GPOM_WIRE_SCANS_REPEATED, "repeated"},
+                                 {GPOM_WIRE_SCANS_REORDERED, "reordered"},
+                                 {GPOM_WIRE_SCANS_TOO_OLD, "too old"},
+                                 {GPOM_WIRE_SCANS_TOO_NEW, "ahead of the clock"},
+                                 {GPOM_WIRE_SCANS_JUMPED_BACK, "back in time"},
+                                 {GPOM_WIRE_SCANS_NO_POSE, "without pose"},
+                                 {GPOM_WIRE_SCANS_OVERRUN, "too many at once"},
+                                 {GPOM_WIRE_TIME_GAPS, "gaps in time"},
+                                 {GPOM_WIRE_POSES_REFUSED, "poses refused"},
+                                 {GPOM_WIRE_QUERIES_REFUSED, "queries refused"}};
+
+void log(const std::string &text)
+{
+    std::printf("gpomd: %s\n", text.c_str());
+    std::fflush(stdout);
+}
+
+/// All parts, in the order in which they depend on each other.
+class Daemon {
+public:
+    void init(const char *config_path);
+    void check() const;
+    void run();
+
+private:
+    std::size_t need() const;
+    bool has_per_beam() const;
+    void subscribe();
+    void receive(const std::atomic<bool> &stop);
+    void watch(const sigset_t &signals);
+    bool has_pulse();
+    void log_drops();
+    static void on_scan(void *daemon, const char *channel, const std::uint8_t *bytes,
+                        std::size_t n_bytes);
+    static void on_pose(void *daemon, const char *channel, const std::uint8_t *bytes,
+                        std::size_t n_bytes);
+    static void on_query(void *daemon, const char *channel, const std::uint8_t *bytes,
+                         std::size_t n_bytes);
+    static void on_request(void *daemon, const char *channel, const std::uint8_t *bytes,
+                           std::size_t n_bytes);
+
+    Config config_;
+    Memory memory_;
+    Counts counts_;
+    Bus bus_;
+    ScanQueue scans_;
+    QueryQueue queries_;
+    Intake intake_;
+    MapThread mapping_;
+    Publisher publisher_;
+    std::atomic<std::uint64_t> pulse_{0}; ///< Of the receiving thread.
+    std::uint64_t seen_pulses_[3] = {};
+    std::int64_t logged_drops_[sizeof kDrops / sizeof *kDrops] = {};
+};
+
+bool Daemon::has_per_beam() const
+{
+    bool has = false;
+    for (std::size_t i = 0; i < config_.n_sensors; ++i) {
+        has = has || config_.sensors[i].type == ScanType::lidar;
+    }
+    return has;
+}
+
+std::size_t Daemon::need() const
+{
+    const IntakeConfig &intake = config_.intake;
+    return ScanQueue::need(intake.queue_scans + 1, intake.ranges_max, has_per_beam()) +
+           QueryQueue::need() + Intake::need(config_) + MapThread::need(config_) +
+           Publisher::need(config_);
+}
+
+void Daemon::init(const char *config_path) { read_config(config_path, config_); }
+
+void Daemon::check() const
+{
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "configuration is good: %zu sensors, %u beams, %u x %u cells of %g m; "
+                  "%.1f MB taken at start",
+                  config_.n_sensors, config_.map.beam_max, unsigned{config_.map.lowres_nx},
+                  unsigned{config_.map.lowres_ny}, config_.map.lowres_cell_m,
+                  1e-6 * static_cast<double>(need()));
+    log(text);
+}
+
+void Daemon::subscribe()
+{
+    bool is_good = true;
+    for (std::size_t i = 0; i < config_.n_sensors; ++i) {
+        bool is_new = true; // sensors of gpom.scan_t may share a channel
+        for (std::size_t j = 0; j < i; ++j) {
+            is_new =
+                is_new && std::strcmp(config_.sensors[i].channel, config_.sensors[j].channel) != 0;
+        }
+        is_good = is_good && (!is_new || bus_.subscribe(config_.sensors[i].channel, on_scan, this));
+    }
+    if (config_.pose.channel[0] != '\0') {
+        is_good = is_good && bus_.subscribe(config_.pose.channel, on_pose, this);
+    }
+    is_good = is_good && bus_.subscribe(config_.publish.query, on_query, this) &&
+              bus_.subscribe(config_.publish.request, on_request, this);
+    if (!is_good) {
+        throw std::runtime_error("liblcm refuses a subscription; check the channels' names");
+    }
+}
+
+void Daemon::on_scan(void *daemon, const char *channel, const std::uint8_t *bytes,
+                     std::size_t n_bytes)
+{
+    static_cast<Daemon *>(daemon)->intake_.take_scan(channel,
+                                                     {bytes, n_bytes, wall_us(), monotonic_us()});
+}
+
+void Daemon::on_pose(void *daemon, const char * /*channel*/, const std::uint8_t *bytes,
+                     std::size_t n_bytes)
+{
+    static_cast<Daemon *>(daemon)->intake_.take_pose({bytes, n_bytes, wall_us(), monotonic_us()});
+}
+
+void Daemon::on_query(void *daemon, const char * /*channel*/, const std::uint8_t *bytes,
+                      std::size_t n_bytes)
+{
+    Daemon &self = *static_cast<Daemon *>(daemon);
+    if (self.queries_.push(bytes, n_bytes)) {
+        self.scans_.ready.wake();
+    } else {
+        self.counts_.add(GPOM_WIRE_QUERIES_REFUSED);
+    }
+}
+
+/// Whatever the message holds: it is the asking that counts.
+void Daemon::on_request(void *daemon, const char * /*channel*/, const std::uint8_t * /*bytes*/,
+                        std::size_t /*n_bytes*/)
+{
+    static_cast<Daemon *>(daemon)->publisher_.request_keyframe();
+}
+
+void Daemon::receive(const std::atomic<bool> &stop)
+{
+    while (!stop.load(std::memory_order_relaxed)) {
+        pulse_.fetch_add(1, std::memory_order_relaxed);
+        bus_.handle(kWait_ms);
+        intake_.expire(monotonic_us());
+    }
+}
+
+/// Did all threads go round since the last time?
+bool Daemon::has_pulse()
+{
+    const std::uint64_t pulses[] = {pulse_.load(std::memory_order_relaxed), mapping_.pulse(),
+                                    publisher_.pulse()};
+    bool has = true;
+    for (std::size_t i = 0; i < 3; ++i) {
+        has = has && pulses[i] != seen_pulses_[i];
+        seen_pulses_[i] = pulses[i];
+    }
+    return has;
+}
+
+void Daemon::log_drops()
+{
+    std::string text;
+    for (std::size_t i = 0; i < sizeof kDrops / sizeof *kDrops; ++i) {
+        const std::int64_t n = counts_[kDrops[i].place] - logged_drops_[i];
+        logged_drops_[i] += n;
+        if (n > 0) {
+            text += (text.empty() ? "" : ", ") + std::to_string(n) + " " + kDrops[i].name;
+        }
+    }
+    if (!text.empty()) {
+        log("dropped: " + text);
+    }
+}
+
+/// Status, watchdog and log, until a signal says to stop.
+void Daemon::watch(const sigset_t &signals)
+{
+    StatusSender status(config_, bus_, mapping_, counts_);
+    const std::int64_t watchdog_period_us = watchdog_us() / 3;
+    std::int64_t status_us = monotonic_us();
+    std::int64_t watchdog_next_us = status_us;
+    std::int64_t log_us = status_us + kLogPeriod_us;
+    for (int signal_number = -1; signal_number < 0;) {
+        const std::int64_t now_us = monotonic_us();
+        if (now_us >= status_us) {
+            status.send(false);
+            status_us = now_us + config_.publish.status_period_us;
+        }
+        if (watchdog_period_us > 0 && now_us >= watchdog_next_us && has_pulse()) {
+            notify("WATCHDOG=1");
+            watchdog_next_us = now_us + watchdog_period_us;
+        }
+        if (now_us >= log_us) {
+            log_drops();
+            log_us = now_us + kLogPeriod_us;
+        }
+        const timespec wait = {0, 20000000};
+        signal_number = sigtimedwait(&signals, nullptr, &wait);
+    }
+    notify("STOPPING=1");
+    status.send(true);
+}
+
+void Daemon::run()
+{
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGTERM);
+    sigaddset(&signals, SIGINT);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr); // of all threads; watch() waits for them
+    if (const char *const problem = bus_.open(config_.lcm_url); problem != nullptr) {
+        throw std::runtime_error(problem);
+    }
+    if (!memory_.reserve(need())) {
+        throw std::runtime_error("not enough memory for the map; lower map.beam_max or the raster");
+    }
+    scans_.init(memory_, config_.intake.queue_scans + 1, config_.intake.ranges_max, has_per_beam());
+    queries_.init(memory_);
+    intake_.init(config_, memory_, scans_, counts_);
+    const char *const problem =
+        mapping_.init(config_, memory_, {&bus_, &scans_, &queries_, &counts_});
+    if (problem != nullptr) {
+        throw std::runtime_error(std::string("map: ") + problem);
+    }
+    publisher_.init(config_, memory_, bus_, mapping_, counts_);
+    subscribe();
+
+    std::atomic<bool> stop_receiving{false}, stop_mapping{false}, stop_publishing{false};
+    std::thread mapper([&] { mapping_.run(stop_mapping); });
+    std::thread publisher([&] { publisher_.run(stop_publishing); });
+    std::thread receiver([&] { receive(stop_receiving); });
+    check();
+    log(std::string("ready on ") + config_.lcm_url);
+    notify("READY=1");
+    watch(signals);
+    stop_receiving = true;
+    receiver.join();
+    stop_mapping = true;
+    scans_.ready.wake();
+    mapper.join();
+    stop_publishing = true;
+    publisher_.wake();
+    publisher.join();
+    log_drops();
+    log("stopped after " + std::to_string(counts_[GPOM_WIRE_SCANS_INSERTED]) + " scans");
+}
+
+} // namespace
+
+} // namespace gpomd
+
+int main(int argc, char **argv)
+{
+    CLI::App app("Map what LCM brings: scans in, low-resolution maps, status and answers out.\n"
+                 "Runs in the foreground until SIGTERM or SIGINT.",
+                 "gpomd");
+    std::string config_path;
+    bool is_check = false;
+    app.add_option("--config", config_path, "Configuration, TOML; see ports/linux/gpomd.toml")
+        ->required()
+        ->type_name("FILE");
+    app.add_flag("--check", is_check, "Check the configuration and stop");
+    static gpomd::Daemon daemon; // large; parts of it point to others
+    return gpom_tools::run_tool(app, argc, argv, [&] {
+        daemon.init(config_path.c_str());
+        if (is_check) {
+            daemon.check();
+        } else {
+            daemon.run();
+        }
+    });
+}

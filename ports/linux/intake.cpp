@@ -1,0 +1,364 @@
+#include "ports/linux/intake.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+namespace gpomd
+{
+
+namespace
+{
+
+/// A beam's time further from its scan's is a fault of the sender.
+constexpr std::int64_t kBeamTimeMax_us = 1000000;
+
+/// Bearings and steps within what the library takes.
+bool is_angle(double angle_rad) { return std::fabs(angle_rad) <= 100.0; }
+bool is_step(double angle_rad) { return std::fabs(angle_rad) <= 10.0; }
+
+std::size_t place_of(gpom_wire_fault_t fault)
+{
+    switch (fault) {
+    case GPOM_WIRE_TYPE:
+        return GPOM_WIRE_SCANS_OTHER_TYPE;
+    case GPOM_WIRE_CRC:
+        return GPOM_WIRE_SCANS_CORRUPT;
+    default:
+        return GPOM_WIRE_SCANS_MALFORMED;
+    }
+}
+
+/// Yaw of a unit quaternion w, x, y, z: where the body's x axis points in the plane.
+double yaw_of(const double (&q)[4])
+{
+    return std::atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]));
+}
+
+/// Each beam has a bearing, and a time near the scan's.
+bool is_per_beam_sane(const ScanSlot &slot)
+{
+    for (std::uint32_t i = 0; i < slot.n_ranges; ++i) {
+        const std::int64_t low_us = slot.stamp_us - kBeamTimeMax_us;
+        const std::int64_t high_us = slot.stamp_us + kBeamTimeMax_us;
+        if (!is_angle(static_cast<double>(slot.bearings_rad[i])) || slot.stamps_us[i] < low_us ||
+            slot.stamps_us[i] > high_us) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// Stamps so large that sums with them could overflow are nobody's.
+bool is_stamp(std::int64_t stamp_us) { return stamp_us >= 0 && stamp_us <= INT64_MAX / 4; }
+
+} // namespace
+
+std::size_t Intake::need(const Config &config)
+{
+    return Memory::need<std::uint32_t>(config.intake.queue_scans + 1);
+}
+
+void Intake::init(const Config &config, Memory &memory, ScanQueue &queue, Counts &counts)
+{
+    config_ = &config;
+    queue_ = &queue;
+    counts_ = &counts;
+    waiting_ = memory.take<std::uint32_t>(config.intake.queue_scans + 1);
+    if (!queue_->free.pop(spare_, 0)) {
+        std::abort(); // a queue has two slots at least
+    }
+}
+
+void Intake::take_scan(const char *channel, const Message &message)
+{
+    counts_->add(GPOM_WIRE_SCANS_RECEIVED);
+    ScanSlot &slot = queue_->slot(spare_);
+    std::uint32_t sequence = 0;
+    gpom_wire_fault_t fault = decode_scan(channel, message, slot, sequence);
+    if (fault == GPOM_WIRE_OK && !is_stamp(slot.stamp_us)) {
+        fault = GPOM_WIRE_VALUE;
+    }
+    if (fault != GPOM_WIRE_OK) {
+        counts_->add(place_of(fault));
+        return;
+    }
+    const SensorConfig &sensor = config_->sensors[slot.i_sensor];
+    slot.arrived_us = message.arrived_us;
+    slot.stamp_us -= sensor.latency_us;
+    for (std::uint32_t i = 0; slot.is_per_beam && i < slot.n_ranges; ++i) {
+        slot.stamps_us[i] -= sensor.latency_us;
+    }
+    if (admit(slot, sequence, message.wall_us)) {
+        keep_spare();
+    }
+}
+
+gpom_wire_fault_t Intake::decode_scan(const char *channel, const Message &message, ScanSlot &slot,
+                                      std::uint32_t &sequence)
+{
+    for (std::size_t i = 0; i < config_->n_sensors; ++i) {
+        if (std::strcmp(config_->sensors[i].channel, channel) != 0) {
+            continue;
+        }
+        slot.i_sensor = i;
+        slot.is_per_beam = false;
+        slot.pose.cov = nullptr;
+        switch (config_->sensors[i].type) {
+        case ScanType::gpom_scan:
+            return decode_own(channel, message, slot, sequence);
+        case ScanType::planar_lidar:
+            return decode_planar_lidar(message, slot);
+        case ScanType::lidar:
+            return decode_lidar(message, slot);
+        }
+    }
+    return GPOM_WIRE_TYPE; // not subscribed
+}
+
+gpom_wire_fault_t Intake::decode_own(const char *channel, const Message &message, ScanSlot &slot,
+                                     std::uint32_t &sequence)
+{
+    gpom_wire_scan_t scan = {};
+    scan.ranges_m = {slot.ranges_m, config_->intake.ranges_max, 0};
+    const gpom_wire_fault_t fault = gpom_wire_scan_decode(&scan, message.bytes, message.n_bytes);
+    if (fault != GPOM_WIRE_OK) {
+        return fault;
+    }
+    slot.i_sensor = config_->n_sensors;
+    for (std::size_t i = 0; i < config_->n_sensors; ++i) {
+        const SensorConfig &sensor = config_->sensors[i];
+        if (sensor.id == scan.sensor_id && std::strcmp(sensor.channel, channel) == 0) {
+            slot.i_sensor = i;
+        }
+    }
+    if (slot.i_sensor == config_->n_sensors || !is_angle(scan.angle_min_rad) ||
+        !is_step(scan.angle_step_rad)) {
+        return GPOM_WIRE_VALUE;
+    }
+    sequence = scan.sequence;
+    slot.stamp_us = scan.stamp_us;
+    bool is_exact = true;
+    for (std::size_t i = 0; i < 9; ++i) {
+        slot.cov[i] = scan.pose_cov[i];
+        is_exact = is_exact && scan.pose_cov[i] == 0.0f;
+    }
+    slot.pose = {scan.pose[0], scan.pose[1], scan.pose[2], is_exact ? nullptr : slot.cov};
+    slot.angle_min_rad = scan.angle_min_rad;
+    slot.angle_step_rad = scan.angle_step_rad;
+    slot.n_ranges = scan.ranges_m.n;
+    return GPOM_WIRE_OK;
+}
+
+gpom_wire_fault_t Intake::decode_planar_lidar(const Message &message, ScanSlot &slot)
+{
+    gpom_wire_planar_lidar_t scan = {};
+    scan.ranges_m = {slot.ranges_m, config_->intake.ranges_max, 0};
+    const gpom_wire_fault_t fault =
+        gpom_wire_planar_lidar_decode(&scan, message.bytes, message.n_bytes);
+    if (fault != GPOM_WIRE_OK) {
+        return fault;
+    }
+    slot.stamp_us = scan.stamp_us;
+    slot.angle_min_rad = static_cast<double>(scan.angle_min_rad);
+    slot.angle_step_rad = static_cast<double>(scan.angle_step_rad);
+    slot.n_ranges = scan.ranges_m.n;
+    const bool is_sane = is_angle(slot.angle_min_rad) && is_step(slot.angle_step_rad);
+    return is_sane ? GPOM_WIRE_OK : GPOM_WIRE_VALUE;
+}
+
+gpom_wire_fault_t Intake::decode_lidar(const Message &message, ScanSlot &slot)
+{
+    gpom_wire_lidar_t scan = {};
+    scan.ranges_m = {slot.ranges_m, config_->intake.ranges_max, 0};
+    scan.bearings_rad = {slot.bearings_rad, config_->intake.ranges_max, 0};
+    scan.stamps_us = {slot.stamps_us, config_->intake.ranges_max, 0};
+    const gpom_wire_fault_t fault = gpom_wire_lidar_decode(&scan, message.bytes, message.n_bytes);
+    if (fault != GPOM_WIRE_OK) {
+        return fault;
+    }
+    slot.stamp_us = scan.stamp_us;
+    slot.n_ranges = scan.ranges_m.n;
+    slot.is_per_beam = true;
+    const bool is_sane = is_stamp(slot.stamp_us) && is_per_beam_sane(slot);
+    return is_sane ? GPOM_WIRE_OK : GPOM_WIRE_VALUE;
+}
+
+bool Intake::admit(const ScanSlot &slot, std::uint32_t sequence, std::int64_t wall_us)
+{
+    const IntakeConfig &limits = config_->intake;
+    const bool is_own = config_->sensors[slot.i_sensor].type == ScanType::gpom_scan;
+    Track &track = tracks_[slot.i_sensor];
+    const std::int32_t ahead = is_own ? note_sequence(track, sequence) : 1;
+    if (slot.stamp_us > wall_us + limits.ahead_max_us) {
+        counts_->add(GPOM_WIRE_SCANS_TOO_NEW);
+        return false;
+    }
+    if (limits.age_max_us > 0 && slot.stamp_us < wall_us - limits.age_max_us) {
+        counts_->add(GPOM_WIRE_SCANS_TOO_OLD);
+        return false;
+    }
+    if (track.has_scan && !is_next(track, slot, ahead)) {
+        return false;
+    }
+    const std::int64_t silence_us = slot.stamp_us - track.stamp_us;
+    if (!is_own && track.has_scan && silence_us > config_->sensors[slot.i_sensor].gap_max_us) {
+        counts_->add(GPOM_WIRE_TIME_GAPS);
+    }
+    track.has_scan = true;
+    track.stamp_us = slot.stamp_us;
+    track.sequence = sequence;
+    track.n_behind = 0;
+    return true;
+}
+
+/// How far a sequence number is ahead of the newest seen; what is missing between is lost.
+std::int32_t Intake::note_sequence(Track &track, std::uint32_t sequence)
+{
+    const auto ahead = static_cast<std::int32_t>(sequence - track.sequence);
+    if (!track.has_sequence) {
+        track.has_sequence = true;
+        track.sequence = sequence;
+        return 1;
+    }
+    if (ahead > 0) {
+        counts_->add(GPOM_WIRE_SCANS_LOST, ahead - 1);
+        track.sequence = sequence;
+    }
+    return ahead;
+}
+
+/// Is a scan later than the last one of its sensor? A lower number with a later stamp is a sender
+/// that was started again.
+bool Intake::is_next(Track &track, const ScanSlot &slot, std::int32_t ahead)
+{
+    if (ahead == 0 || slot.stamp_us == track.stamp_us) {
+        counts_->add(GPOM_WIRE_SCANS_REPEATED);
+        return false;
+    }
+    if (slot.stamp_us < track.stamp_us && !is_set_back(track, slot.stamp_us)) {
+        counts_->add(ahead < 0 ? GPOM_WIRE_SCANS_REORDERED : GPOM_WIRE_SCANS_JUMPED_BACK);
+        return false;
+    }
+    return true;
+}
+
+/// A scan behind the newest: the last of so many in a row, in order, that the sender's clock must
+/// have been set back?
+bool Intake::is_set_back(Track &track, std::int64_t stamp_us)
+{
+    track.n_behind =
+        track.n_behind > 0 && stamp_us > track.behind_us ? track.n_behind + 1 : std::uint32_t{1};
+    track.behind_us = stamp_us;
+    return track.n_behind >= PoseRing::kSetBack;
+}
+
+/// The scan in the spare slot goes its way, if there is another slot for the next one.
+void Intake::keep_spare()
+{
+    const std::uint32_t i_slot = spare_;
+    if (!queue_->free.pop(spare_, 0)) {
+        counts_->add(GPOM_WIRE_SCANS_OVERRUN);
+        return;
+    }
+    const ScanSlot &slot = queue_->slot(i_slot);
+    if (config_->sensors[slot.i_sensor].type == ScanType::gpom_scan) {
+        queue_->ready.push(i_slot);
+        return;
+    }
+    waiting_[n_waiting_++] = i_slot;
+    match_waiting();
+}
+
+void Intake::take_pose(const Message &message)
+{
+    counts_->add(GPOM_WIRE_POSES_RECEIVED);
+    StampedPose pose = {};
+    gpom_wire_fault_t fault = GPOM_WIRE_OK;
+    if (config_->pose.type == PoseType::bot_pose) {
+        gpom_wire_bot_pose_t read = {};
+        fault = gpom_wire_bot_pose_decode(&read, message.bytes, message.n_bytes);
+        pose = {read.stamp_us, read.position_m[0], read.position_m[1], yaw_of(read.orientation)};
+    } else {
+        gpom_wire_pose2d_t read = {};
+        fault = gpom_wire_pose2d_decode(&read, message.bytes, message.n_bytes);
+        pose = {read.stamp_us, static_cast<double>(read.x_m), static_cast<double>(read.y_m),
+                static_cast<double>(read.yaw_rad)};
+    }
+    if (fault != GPOM_WIRE_OK || !is_stamp(pose.stamp_us) ||
+        pose.stamp_us > message.wall_us + config_->intake.ahead_max_us || !poses_.push(pose)) {
+        counts_->add(GPOM_WIRE_POSES_REFUSED);
+        return;
+    }
+    match_waiting();
+}
+
+void Intake::match_waiting()
+{
+    std::size_t n_left = 0;
+    for (std::size_t i = 0; i < n_waiting_; ++i) {
+        const std::uint32_t i_slot = waiting_[i];
+        if (!settle(i_slot, match(queue_->slot(i_slot)))) {
+            waiting_[n_left++] = i_slot;
+        }
+    }
+    n_waiting_ = n_left;
+}
+
+/// True: the scan is on its way or dropped; false: it goes on waiting.
+bool Intake::settle(std::uint32_t i_slot, PoseMatch match)
+{
+    switch (match) {
+    case PoseMatch::found:
+        queue_->ready.push(i_slot);
+        return true;
+    case PoseMatch::too_old:
+        drop(i_slot, GPOM_WIRE_SCANS_TOO_OLD);
+        return true;
+    case PoseMatch::gap:
+        drop(i_slot, GPOM_WIRE_SCANS_NO_POSE);
+        return true;
+    case PoseMatch::not_yet:
+        break;
+    }
+    return false;
+}
+
+PoseMatch Intake::match(ScanSlot &slot) const
+{
+    const PoseConfig &config = config_->pose;
+    std::memcpy(slot.cov, config.cov, sizeof slot.cov);
+    const bool is_exact = config.cov[0] == 0.0f && config.cov[4] == 0.0f && config.cov[8] == 0.0f;
+    const float *const cov = is_exact ? nullptr : slot.cov;
+    StampedPose pose = {};
+    PoseMatch found = poses_.at(slot.stamp_us, config.gap_max_us, pose);
+    slot.pose = {pose.x_m, pose.y_m, pose.yaw_rad, cov};
+    for (std::uint32_t i = 0; slot.is_per_beam && found == PoseMatch::found && i < slot.n_ranges;
+         ++i) {
+        found = poses_.at(slot.stamps_us[i], config.gap_max_us, pose);
+        slot.poses[i] = {pose.x_m, pose.y_m, pose.yaw_rad, cov};
+    }
+    return found;
+}
+
+void Intake::drop(std::uint32_t i_slot, std::size_t place)
+{
+    counts_->add(place);
+    queue_->free.push(i_slot);
+}
+
+void Intake::expire(std::int64_t monotonic_us)
+{
+    std::size_t n_left = 0;
+    for (std::size_t i = 0; i < n_waiting_; ++i) {
+        const std::uint32_t i_slot = waiting_[i];
+        if (monotonic_us - queue_->slot(i_slot).arrived_us > config_->pose.wait_max_us) {
+            drop(i_slot, GPOM_WIRE_SCANS_NO_POSE);
+        } else {
+            waiting_[n_left++] = i_slot;
+        }
+    }
+    n_waiting_ = n_left;
+}
+
+} // namespace gpomd

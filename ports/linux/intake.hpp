@@ -1,0 +1,76 @@
+// From messages to scans with poses: decodes, checks, matches with poses, counts what it drops.
+#ifndef GPOM_LINUX_INTAKE_HPP
+#define GPOM_LINUX_INTAKE_HPP
+
+#include "ports/linux/config.hpp"
+#include "ports/linux/counts.hpp"
+#include "ports/linux/pose_ring.hpp"
+#include "ports/linux/scan_queue.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace gpomd
+{
+
+/// A message from the bus.
+struct Message {
+    const std::uint8_t *bytes;
+    std::size_t n_bytes;
+    std::int64_t wall_us;    ///< When it came, by the clock that stamps are of.
+    std::int64_t arrived_us; ///< When it came; monotonic.
+};
+
+/// Used by one thread. Every message of a scan ends in `ScanQueue::ready` or in one counter.
+class Intake {
+public:
+    static std::size_t need(const Config &config);
+    void init(const Config &config, Memory &memory, ScanQueue &queue, Counts &counts);
+
+    /// A message on a scan channel; its order among the others decides what the map becomes.
+    void take_scan(const char *channel, const Message &message);
+    /// A message on the pose channel.
+    void take_pose(const Message &message);
+    /// Give up scans that have waited too long for a pose.
+    void expire(std::int64_t monotonic_us);
+
+private:
+    /// What is known of a sensor's stream.
+    struct Track {
+        bool has_scan;
+        bool has_sequence;
+        std::int64_t stamp_us;  ///< Of the last scan admitted.
+        std::uint32_t sequence; ///< The newest seen.
+        std::int64_t behind_us; ///< Stamp of the last scan behind stamp_us.
+        std::uint32_t n_behind; ///< So many in a row, each newer than the one before.
+    };
+
+    gpom_wire_fault_t decode_scan(const char *channel, const Message &message, ScanSlot &slot,
+                                  std::uint32_t &sequence);
+    gpom_wire_fault_t decode_own(const char *channel, const Message &message, ScanSlot &slot,
+                                 std::uint32_t &sequence);
+    gpom_wire_fault_t decode_planar_lidar(const Message &message, ScanSlot &slot);
+    gpom_wire_fault_t decode_lidar(const Message &message, ScanSlot &slot);
+    bool admit(const ScanSlot &slot, std::uint32_t sequence, std::int64_t wall_us);
+    std::int32_t note_sequence(Track &track, std::uint32_t sequence);
+    bool is_next(Track &track, const ScanSlot &slot, std::int32_t ahead);
+    bool is_set_back(Track &track, std::int64_t stamp_us);
+    void keep_spare();
+    void match_waiting();
+    PoseMatch match(ScanSlot &slot) const;
+    bool settle(std::uint32_t i_slot, PoseMatch match);
+    void drop(std::uint32_t i_slot, std::size_t place);
+
+    const Config *config_ = nullptr;
+    ScanQueue *queue_ = nullptr;
+    Counts *counts_ = nullptr;
+    Track tracks_[kSensorsMax] = {};
+    PoseRing poses_;
+    std::uint32_t spare_ = 0;          ///< The slot that the next scan is decoded into.
+    std::uint32_t *waiting_ = nullptr; ///< Slots without pose, in order of arrival.
+    std::size_t n_waiting_ = 0;
+};
+
+} // namespace gpomd
+
+#endif

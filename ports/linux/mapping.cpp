@@ -1,0 +1,164 @@
+#include "ports/linux/mapping.hpp"
+
+#include "ports/linux/clock.hpp"
+
+#include <algorithm>
+
+namespace gpomd
+{
+
+namespace
+{
+
+/// Longest sleep when there is nothing to do.
+constexpr std::int64_t kSleep_us = 100000;
+
+std::size_t scratch_need(const Config &config)
+{
+    const gpom_params_t &params = config.map.params;
+    return GPOM_SCRATCH_BYTES(params.n_hits + params.n_free, gpom_lanes());
+}
+
+} // namespace
+
+std::size_t MapThread::need(const Config &config)
+{
+    return Memory::need<std::uint8_t>(gpom_map_bytes(&config.map)) +
+           Memory::need<std::uint8_t>(scratch_need(config));
+}
+
+const char *MapThread::init(const Config &config, Memory &memory, const MapLinks &links)
+{
+    config_ = &config;
+    links_ = links;
+    const std::size_t map_bytes = gpom_map_bytes(&config.map);
+    auto *const map_memory = memory.take<std::uint8_t>(map_bytes);
+    const gpom_status_t status = gpom_map_init(&map_, &config.map, map_memory, map_bytes);
+    if (status != GPOM_OK) {
+        return gpom_status_str(status);
+    }
+    scratch_ = {memory.take<std::uint8_t>(scratch_need(config)), scratch_need(config)};
+    return scratch_.mem_bytes >= gpom_scratch_bytes(map_) ? nullptr : gpom_status_str(GPOM_ERR_MEM);
+}
+
+void MapThread::run(const std::atomic<bool> &stop)
+{
+    bool is_done = false; // nothing is left to step
+    while (!stop.load(std::memory_order_relaxed)) {
+        pulse_.fetch_add(1, std::memory_order_relaxed);
+        std::uint32_t i_slot = 0;
+        if (links_.scans->ready.pop(i_slot, is_done ? kSleep_us : 0)) {
+            insert(links_.scans->slot(i_slot));
+            links_.scans->free.push(i_slot);
+            is_done = !step();
+        } else if (!is_done) {
+            is_done = !step(); // idle: more of the same
+        }
+        if (links_.queries->ready.pop(i_slot, 0)) {
+            answer_one(i_slot);
+            links_.queries->free.push(i_slot);
+        }
+    }
+    for (std::uint32_t i_slot = 0; links_.scans->ready.pop(i_slot, 0);) {
+        insert(links_.scans->slot(i_slot));
+        links_.scans->free.push(i_slot);
+    }
+}
+
+/// A slice of the work that scans leave behind; the least that keeps all of it going while many
+/// scans wait. False: none was left.
+bool MapThread::step()
+{
+    const gpom_params_t &params = config_->map.params;
+    const bool is_behind = links_.scans->ready.size() > links_.scans->n_slots() / 4;
+    const std::uint64_t budget =
+        is_behind ? GPOM_STEP_OPS_MIN(params.n_hits + params.n_free) : config_->step_ops;
+    std::uint64_t n_used = 0;
+    const gpom_status_t status = gpom_map_step(map_, budget, &scratch_, &n_used);
+    return status == GPOM_OK && n_used > 0;
+}
+
+void MapThread::insert(const ScanSlot &slot)
+{
+    const gpom_sensor_t &sensor = config_->sensors[slot.i_sensor].sensor;
+    gpom_status_t status = GPOM_OK;
+    if (slot.is_per_beam) {
+        status = insert_beams(slot, sensor);
+    } else {
+        const gpom_scan_t scan = {slot.stamp_us, slot.angle_min_rad, slot.angle_step_rad,
+                                  slot.ranges_m, slot.n_ranges};
+        status = gpom_scan_insert(map_, &scan, &sensor, &slot.pose);
+    }
+    switch (status) {
+    case GPOM_OK:
+    case GPOM_ERR_FULL:
+        note_inserted(slot);
+        break;
+    case GPOM_ERR_REACH:
+        links_.counts->add(GPOM_WIRE_SCANS_OUT_OF_REACH);
+        break;
+    default: // the fields of the scan were checked on arrival: it is the pose
+        links_.counts->add(GPOM_WIRE_SCANS_BAD_POSE);
+        break;
+    }
+}
+
+/// Beams with times of their own, each from where the robot was then. To the map they are one time:
+/// all have the scan's stamp. The worst that came of any.
+gpom_status_t MapThread::insert_beams(const ScanSlot &slot, const gpom_sensor_t &sensor)
+{
+    gpom_status_t worst = GPOM_OK;
+    for (std::uint32_t i = 0; i < slot.n_ranges; ++i) {
+        const gpom_scan_t beam = {slot.stamp_us, static_cast<double>(slot.bearings_rad[i]), 0.0,
+                                  &slot.ranges_m[i], 1};
+        const gpom_status_t status = gpom_scan_insert(map_, &beam, &sensor, &slot.poses[i]);
+        worst = worst == GPOM_OK ? status : worst;
+    }
+    return worst;
+}
+
+void MapThread::note_inserted(const ScanSlot &slot)
+{
+    links_.counts->add(GPOM_WIRE_SCANS_INSERTED);
+    gpom_stats_t stats = {};
+    const bool has_stats = gpom_map_stats(map_, &stats) == GPOM_OK;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    state_.has_scan = true;
+    state_.stamp_us = slot.stamp_us;
+    state_.pose[0] = slot.pose.x_m;
+    state_.pose[1] = slot.pose.y_m;
+    state_.pose[2] = slot.pose.yaw_rad;
+    state_.lag_us = wall_us() - slot.stamp_us;
+    state_.lag_us_max = std::max(state_.lag_us_max, state_.lag_us);
+    state_.n_beams = gpom_map_beam_count(map_);
+    if (has_stats) {
+        state_.stats = stats;
+    }
+}
+
+MapState MapThread::state(bool reset_lag_max)
+{
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const MapState state = state_;
+    if (reset_lag_max) {
+        state_.lag_us_max = 0;
+    }
+    return state;
+}
+
+void MapThread::answer_one(std::uint32_t i_slot)
+{
+    gpom_lowres_info_t info = {};
+    const bool has_info = gpom_lowres_info(map_, GPOM_LAYER_COARSE, &info) == GPOM_OK;
+    const AnswerContext context = {map_, &scratch_, wall_us(), state_.stamp_us,
+                                   has_info ? static_cast<std::int32_t>(info.frame_epoch) : 0};
+    std::uint8_t bytes[GPOM_WIRE_ANSWER_BYTES(GPOM_WIRE_POINTS_MAX)];
+    gpom_wire_answer_status_t status = GPOM_WIRE_ANSWER_OK;
+    const std::size_t n_bytes = answer(links_.queries->slot(i_slot).query, context, bytes, status);
+    const bool is_sent = n_bytes > 0 && links_.bus->send(config_->publish.answer, bytes, n_bytes);
+    const bool is_answered =
+        is_sent && status != GPOM_WIRE_ANSWER_TOO_MANY && status != GPOM_WIRE_ANSWER_BAD_STEP;
+    links_.counts->add(is_answered ? GPOM_WIRE_QUERIES_ANSWERED : GPOM_WIRE_QUERIES_REFUSED);
+}
+
+} // namespace gpomd

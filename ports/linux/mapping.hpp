@@ -1,0 +1,71 @@
+// The one thread that owns the map: inserts scans, steps, answers.
+#ifndef GPOM_LINUX_MAPPING_HPP
+#define GPOM_LINUX_MAPPING_HPP
+
+#include "ports/linux/answers.hpp"
+#include "ports/linux/bus.hpp"
+#include "ports/linux/config.hpp"
+#include "ports/linux/counts.hpp"
+#include "ports/linux/scan_queue.hpp"
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+
+namespace gpomd
+{
+
+/// How far the map is; a copy for other threads.
+struct MapState {
+    bool has_scan;
+    std::int64_t stamp_us;   ///< Of the newest scan inserted.
+    double pose[3];          ///< Robot at stamp_us, map frame [m, m, rad].
+    std::int64_t lag_us;     ///< From stamp_us to its insertion.
+    std::int64_t lag_us_max; ///< Worst since MapThread::state() was last asked to reset it.
+    std::uint32_t n_beams;
+    gpom_stats_t stats;
+};
+
+/// What the thread works on; all of it outlives the thread.
+struct MapLinks {
+    Bus *bus;
+    ScanQueue *scans;
+    QueryQueue *queries;
+    Counts *counts;
+};
+
+class MapThread {
+public:
+    static std::size_t need(const Config &config);
+    /// NULL, or why the library refuses the configuration; static storage.
+    const char *init(const Config &config, Memory &memory, const MapLinks &links);
+
+    /// Work until `stop`; then insert what is still queued.
+    void run(const std::atomic<bool> &stop);
+
+    MapState state(bool reset_lag_max = false);
+    /// For the calls of the library that any thread may make.
+    const gpom_map_t *map() const { return map_; }
+    /// Grows as long as the thread lives.
+    std::uint64_t pulse() const { return pulse_.load(std::memory_order_relaxed); }
+
+private:
+    void insert(const ScanSlot &slot);
+    gpom_status_t insert_beams(const ScanSlot &slot, const gpom_sensor_t &sensor);
+    void note_inserted(const ScanSlot &slot);
+    bool step();
+    void answer_one(std::uint32_t i_slot);
+
+    const Config *config_ = nullptr;
+    MapLinks links_ = {};
+    gpom_map_t *map_ = nullptr;
+    gpom_scratch_t scratch_ = {};
+    std::mutex mutex_;
+    MapState state_ = {}; ///< Guarded by mutex_; written by this thread alone.
+    std::atomic<std::uint64_t> pulse_{0};
+};
+
+} // namespace gpomd
+
+#endif

@@ -1,0 +1,68 @@
+#include "ports/linux/pose_ring.hpp"
+
+#include <cmath>
+
+namespace gpomd
+{
+
+bool PoseRing::push(const StampedPose &pose)
+{
+    if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !std::isfinite(pose.yaw_rad)) {
+        return false;
+    }
+    if (n_ > 0 && pose.stamp_us <= nth(n_ - 1).stamp_us) {
+        n_behind_ = pose.stamp_us > behind_us_ ? n_behind_ + 1 : 1;
+        behind_us_ = pose.stamp_us;
+        if (n_behind_ < kSetBack) {
+            return false;
+        }
+        n_ = 0;
+    }
+    n_behind_ = 0;
+    behind_us_ = pose.stamp_us;
+    if (n_ == kPoses) {
+        first_ = (first_ + 1) % kPoses;
+        --n_;
+    }
+    poses_[(first_ + n_) % kPoses] = pose;
+    ++n_;
+    return true;
+}
+
+PoseMatch PoseRing::at(std::int64_t stamp_us, std::int64_t gap_max_us, StampedPose &pose) const
+{
+    if (n_ == 0 || stamp_us > nth(n_ - 1).stamp_us) {
+        return PoseMatch::not_yet;
+    }
+    if (stamp_us < nth(0).stamp_us) {
+        return PoseMatch::too_old;
+    }
+    std::size_t low = 0; // the first pose not before stamp_us is in low .. high
+    std::size_t high = n_ - 1;
+    while (low < high) {
+        const std::size_t middle = (low + high) / 2;
+        if (nth(middle).stamp_us < stamp_us) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    const StampedPose &after = nth(high);
+    if (after.stamp_us == stamp_us) {
+        pose = after;
+        return PoseMatch::found;
+    }
+    const StampedPose &before = nth(high - 1);
+    const std::int64_t span_us = after.stamp_us - before.stamp_us;
+    if (span_us > gap_max_us) {
+        return PoseMatch::gap;
+    }
+    const double part =
+        static_cast<double>(stamp_us - before.stamp_us) / static_cast<double>(span_us);
+    const double turn_rad = std::remainder(after.yaw_rad - before.yaw_rad, 2.0 * M_PI);
+    pose = {stamp_us, before.x_m + part * (after.x_m - before.x_m),
+            before.y_m + part * (after.y_m - before.y_m), before.yaw_rad + part * turn_rad};
+    return PoseMatch::found;
+}
+
+} // namespace gpomd

@@ -1,0 +1,52 @@
+// The last poses of a channel, for scans that carry none.
+#ifndef GPOM_LINUX_POSE_RING_HPP
+#define GPOM_LINUX_POSE_RING_HPP
+
+#include <cstddef>
+#include <cstdint>
+
+namespace gpomd
+{
+
+/// A pose of the robot in the map frame.
+struct StampedPose {
+    std::int64_t stamp_us;
+    double x_m;
+    double y_m;
+    double yaw_rad;
+};
+
+enum class PoseMatch : std::uint8_t {
+    found,
+    not_yet, ///< Newer than the newest pose.
+    too_old, ///< Older than the oldest pose kept.
+    gap      ///< The poses before and after are too far apart in time.
+};
+
+/// A bounded ring of poses in the order of their stamps.
+class PoseRing {
+public:
+    static constexpr std::size_t kPoses = 1024; ///< 5 s at 200 Hz.
+    /// Poses in a row behind the newest, each newer than the one before, after which time is taken
+    /// to have been set back: the ring begins anew.
+    static constexpr std::uint32_t kSetBack = 10;
+
+    /// Take a pose. False: not finite, or not newer than the newest.
+    bool push(const StampedPose &pose);
+
+    /// The pose at a time, interpolated between the two about it; yaw the short way round.
+    PoseMatch at(std::int64_t stamp_us, std::int64_t gap_max_us, StampedPose &pose) const;
+
+private:
+    const StampedPose &nth(std::size_t i) const { return poses_[(first_ + i) % kPoses]; }
+
+    StampedPose poses_[kPoses] = {};
+    std::size_t first_ = 0;
+    std::size_t n_ = 0;
+    std::int64_t behind_us_ = 0; ///< Stamp of the last one that came behind.
+    std::uint32_t n_behind_ = 0; ///< So many in a row.
+};
+
+} // namespace gpomd
+
+#endif

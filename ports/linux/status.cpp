@@ -1,0 +1,92 @@
+#include "ports/linux/status.hpp"
+
+#include "ports/linux/clock.hpp"
+
+#include <algorithm>
+
+namespace gpomd
+{
+
+StatusSender::StatusSender(const Config &config, Bus &bus, MapThread &mapping, Counts &counts)
+    : config_(config), bus_(bus), mapping_(mapping), counts_(counts), started_us_(monotonic_us()),
+      last_us_(started_us_)
+{
+}
+
+void StatusSender::send(bool is_stopping)
+{
+    const std::int64_t now_us = monotonic_us();
+    const std::int64_t span_us = std::max<std::int64_t>(now_us - last_us_, 1);
+    const MapState state = mapping_.state(true);
+    gpom_lowres_info_t info = {};
+    const bool has_info = gpom_lowres_info(mapping_.map(), GPOM_LAYER_COARSE, &info) == GPOM_OK;
+    add_map_counts(state.stats);
+    gpom_wire_status_t status = {};
+    status.stamp_us = wall_us();
+    status.sequence = sequence_++;
+    status.state = static_cast<std::uint8_t>(state_of(state, is_stopping, now_us));
+    status.version = static_cast<std::int32_t>(gpom_version());
+    status.frame_epoch = has_info ? static_cast<std::int32_t>(info.frame_epoch) : 0;
+    status.uptime_us = now_us - started_us_;
+    status.scan_stamp_us = state.stamp_us;
+    status.scan_lag_us = state.lag_us;
+    status.scan_lag_us_max = state.lag_us_max;
+    status.scan_rate_hz = rate_of(GPOM_WIRE_SCANS_INSERTED, span_us);
+    status.pose_rate_hz = rate_of(GPOM_WIRE_POSES_RECEIVED, span_us);
+    status.map_rate_hz = rate_of(GPOM_WIRE_MAPS_PUBLISHED, span_us);
+    status.query_rate_hz = rate_of(GPOM_WIRE_QUERIES_ANSWERED, span_us);
+    status.n_beams = static_cast<std::int32_t>(state.n_beams);
+    status.beam_max = static_cast<std::int32_t>(config_.map.beam_max);
+    status.n_cells_dirty = has_info ? static_cast<std::int32_t>(info.n_dirty) : 0;
+    status.map_bytes = static_cast<std::int64_t>(gpom_map_bytes(&config_.map));
+    status.process_bytes = resident_bytes();
+    for (std::size_t i = 0; i < GPOM_WIRE_COUNTS; ++i) {
+        status.counts[i] = last_counts_[i] = counts_[i];
+    }
+    last_us_ = now_us;
+    std::uint8_t bytes[GPOM_WIRE_STATUS_BYTES];
+    const std::size_t n_bytes = gpom_wire_status_encode(&status, bytes, sizeof bytes);
+    bus_.send(config_.publish.status, bytes, n_bytes);
+}
+
+/// What was counted since the last status, per second.
+float StatusSender::rate_of(std::size_t place, std::int64_t span_us)
+{
+    const std::int64_t n = counts_[place] - last_counts_[place];
+    return static_cast<float>(1e6 * static_cast<double>(n) / static_cast<double>(span_us));
+}
+
+gpom_wire_state_t StatusSender::state_of(const MapState &state, bool is_stopping,
+                                         std::int64_t now_us)
+{
+    const std::int64_t n_inserted = counts_[GPOM_WIRE_SCANS_INSERTED];
+    if (n_inserted != n_inserted_) {
+        n_inserted_ = n_inserted;
+        inserted_us_ = now_us;
+    }
+    if (is_stopping) {
+        return GPOM_WIRE_STATE_STOPPING;
+    }
+    if (!state.has_scan) {
+        return GPOM_WIRE_STATE_STARTING;
+    }
+    const bool is_stale = now_us - inserted_us_ > config_.publish.stale_after_us;
+    return is_stale ? GPOM_WIRE_STATE_STALE : GPOM_WIRE_STATE_MAPPING;
+}
+
+/// Beams are counted by the library.
+void StatusSender::add_map_counts(const gpom_stats_t &stats)
+{
+    const auto set = [this](std::size_t place, std::uint64_t n) {
+        counts_.set(place, static_cast<std::int64_t>(n));
+    };
+    set(GPOM_WIRE_BEAMS_HIT, stats.beams_hit);
+    set(GPOM_WIRE_BEAMS_NO_RETURN, stats.beams_no_return);
+    set(GPOM_WIRE_BEAMS_NAN, stats.beams_nan);
+    set(GPOM_WIRE_BEAMS_NOT_POSITIVE, stats.beams_not_positive);
+    set(GPOM_WIRE_BEAMS_TOO_NEAR, stats.beams_too_near);
+    set(GPOM_WIRE_BEAMS_MASKED, stats.beams_masked);
+    set(GPOM_WIRE_BEAMS_FULL, stats.beams_redundant + stats.beams_evicted);
+}
+
+} // namespace gpomd

@@ -1,0 +1,41 @@
+// gpom.status_t: put together from what the threads say.
+#ifndef GPOM_LINUX_STATUS_HPP
+#define GPOM_LINUX_STATUS_HPP
+
+#include "ports/linux/bus.hpp"
+#include "ports/linux/config.hpp"
+#include "ports/linux/counts.hpp"
+#include "ports/linux/mapping.hpp"
+
+#include <cstdint>
+
+namespace gpomd
+{
+
+/// Sends a status when asked to. Used by one thread.
+class StatusSender {
+public:
+    StatusSender(const Config &config, Bus &bus, MapThread &mapping, Counts &counts);
+
+    void send(bool is_stopping);
+
+private:
+    float rate_of(std::size_t place, std::int64_t span_us);
+    gpom_wire_state_t state_of(const MapState &state, bool is_stopping, std::int64_t now_us);
+    void add_map_counts(const gpom_stats_t &stats);
+
+    const Config &config_;
+    Bus &bus_;
+    MapThread &mapping_;
+    Counts &counts_;
+    std::int64_t started_us_;
+    std::int64_t last_us_;
+    std::int64_t last_counts_[GPOM_WIRE_COUNTS] = {};
+    std::int64_t n_inserted_ = 0;
+    std::int64_t inserted_us_ = 0; ///< When n_inserted_ was last seen to grow.
+    std::uint32_t sequence_ = 0;
+};
+
+} // namespace gpomd
+
+#endif

@@ -1,0 +1,314 @@
+// gpom-replay: scans of a file, or the events of an LCM log, onto the bus.
+#include "ports/codec/codec.h"
+#include "tools/lib/command_line.hpp"
+#include "tools/lib/scan_log.hpp"
+
+#include <lcm/eventlog.h>
+#include <lcm/lcm.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace gpom_tools;
+
+namespace
+{
+
+struct Options {
+    std::string in_path;
+    std::string url = "udpm://239.255.76.67:7667?ttl=0";
+    std::string family = "gpom";
+    std::string scan_channel, pose_channel;
+    std::vector<std::string> log_channels;
+    double rate = 1.0;
+    double range_max_m = 49.0;
+    std::uint16_t sensor_id = 0;
+    bool is_now = false;
+    bool is_extent = false;
+};
+
+void declare_options(CLI::App &app, Options &options)
+{
+    app.add_option("in", options.in_path,
+                   "Scans (CSV or CARMEN log, plain or gzipped) or an LCM event log")
+        ->required()
+        ->type_name("FILE");
+    app.add_option("--url", options.url, "LCM's network")->capture_default_str();
+    app.add_option("--rate", options.rate, "How many times as fast as recorded")
+        ->check(CLI::Range(1e-3, 1e6))
+        ->capture_default_str();
+    app.add_option("--family", options.family,
+                   "Types that scans are sent as: gpom.scan_t; bot_core.planar_lidar_t and pose_t; "
+                   "mbot_lcm_msgs.lidar_t and pose2D_t")
+        ->check(CLI::IsMember({"gpom", "bot_core", "mbot"}))
+        ->capture_default_str();
+    app.add_option("--scan-channel", options.scan_channel, "Default GPOM_SCAN; others LIDAR");
+    app.add_option("--pose-channel", options.pose_channel, "Default POSE; mbot SLAM_POSE");
+    app.add_option("--sensor-id", options.sensor_id, "Of gpom.scan_t")->capture_default_str();
+    app.add_option("--range-max", options.range_max_m, "Usable range of a CARMEN log's sensor [m]")
+        ->capture_default_str();
+    app.add_option("--channel", options.log_channels,
+                   "Of an LCM log only this channel; may be repeated (default: all)");
+    app.add_flag("--extent", options.is_extent,
+                 "Only print where the scans were made and how long it took: x0 y0 x1 y1 [m], "
+                 "duration [s], number of scans");
+    app.add_flag("--now", options.is_now, "Move the stamps of scans: the first is now");
+}
+
+/// The bus; what cannot be sent throws.
+class Sender {
+public:
+    explicit Sender(const std::string &url) : lcm_(lcm_create(url.c_str()), lcm_destroy)
+    {
+        if (lcm_ == nullptr) {
+            throw std::runtime_error(
+                "liblcm could not join " + url +
+                "; is there a route? ip link set lo up && ip route add 224.0.0.0/4 dev lo");
+        }
+    }
+
+    void send(const std::string &channel, const void *bytes, std::size_t n_bytes)
+    {
+        if (n_bytes == 0 || lcm_publish(lcm_.get(), channel.c_str(), bytes,
+                                        static_cast<unsigned int>(n_bytes)) != 0) {
+            throw std::runtime_error("could not send on " + channel);
+        }
+        ++n_sent_;
+    }
+    long n_sent() const { return n_sent_; }
+
+private:
+    std::unique_ptr<lcm_t, void (*)(lcm_t *)> lcm_;
+    long n_sent_ = 0;
+};
+
+/// Waits until a moment of the recording has come.
+class Pace {
+public:
+    explicit Pace(double rate) : rate_(rate) {}
+
+    void wait_for(double t_s)
+    {
+        if (!has_start_) {
+            has_start_ = true;
+            start_ = Clock::now();
+            t0_s_ = t_s;
+        }
+        const std::chrono::duration<double> due((t_s - t0_s_) / rate_);
+        std::this_thread::sleep_until(start_ + std::chrono::duration_cast<Clock::duration>(due));
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    double rate_;
+    bool has_start_ = false;
+    Clock::time_point start_;
+    double t0_s_ = 0.0;
+};
+
+/// Sends scans as messages of one family.
+class ScanSender {
+public:
+    ScanSender(const Options &options, Sender &sender) : options_(options), sender_(sender)
+    {
+        const bool is_own = options.family == "gpom";
+        scan_channel_ = options.scan_channel;
+        if (scan_channel_.empty()) {
+            scan_channel_ = is_own ? "GPOM_SCAN" : "LIDAR";
+        }
+        pose_channel_ = options.pose_channel;
+        if (pose_channel_.empty()) {
+            pose_channel_ = options.family == "mbot" ? "SLAM_POSE" : "POSE";
+        }
+        bytes_.resize(256 + 32 * static_cast<std::size_t>(kScanBeamsMax));
+    }
+
+    void send(const Scan &scan, std::int64_t stamp_us)
+    {
+        ranges_m_ = scan.ranges_m;
+        if (options_.family == "gpom") {
+            send_own(scan, stamp_us);
+        } else if (options_.family == "bot_core") {
+            send_bot_core(scan, stamp_us);
+        } else {
+            send_mbot(scan, stamp_us);
+        }
+    }
+
+private:
+    gpom_wire_floats_t floats(std::vector<float> &values) const
+    {
+        const auto n = static_cast<std::uint32_t>(values.size());
+        return {values.data(), n, n};
+    }
+
+    void send_own(const Scan &scan, std::int64_t stamp_us)
+    {
+        gpom_wire_scan_t message = {};
+        message.stamp_us = stamp_us;
+        message.sequence = sequence_++;
+        message.sensor_id = options_.sensor_id;
+        message.pose[0] = scan.x_m;
+        message.pose[1] = scan.y_m;
+        message.pose[2] = scan.theta_rad;
+        message.angle_min_rad = scan.angle_min_rad;
+        message.angle_step_rad = scan.angle_step_rad;
+        message.ranges_m = floats(ranges_m_);
+        sender_.send(scan_channel_, bytes_.data(),
+                     gpom_wire_scan_encode(&message, bytes_.data(), bytes_.size()));
+    }
+
+    void send_bot_core(const Scan &scan, std::int64_t stamp_us)
+    {
+        gpom_wire_bot_pose_t pose = {};
+        pose.stamp_us = stamp_us;
+        pose.position_m[0] = scan.x_m;
+        pose.position_m[1] = scan.y_m;
+        pose.orientation[0] = std::cos(0.5 * scan.theta_rad);
+        pose.orientation[3] = std::sin(0.5 * scan.theta_rad);
+        sender_.send(pose_channel_, bytes_.data(),
+                     gpom_wire_bot_pose_encode(&pose, bytes_.data(), bytes_.size()));
+        gpom_wire_planar_lidar_t message = {};
+        message.stamp_us = stamp_us;
+        message.ranges_m = floats(ranges_m_);
+        message.angle_min_rad = static_cast<float>(scan.angle_min_rad);
+        message.angle_step_rad = static_cast<float>(scan.angle_step_rad);
+        sender_.send(scan_channel_, bytes_.data(),
+                     gpom_wire_planar_lidar_encode(&message, bytes_.data(), bytes_.size()));
+    }
+
+    /// All beams at the scan's time: the files know no other.
+    void send_mbot(const Scan &scan, std::int64_t stamp_us)
+    {
+        const gpom_wire_pose2d_t pose = {stamp_us, static_cast<float>(scan.x_m),
+                                         static_cast<float>(scan.y_m),
+                                         static_cast<float>(scan.theta_rad)};
+        sender_.send(pose_channel_, bytes_.data(),
+                     gpom_wire_pose2d_encode(&pose, bytes_.data(), bytes_.size()));
+        const std::size_t n = ranges_m_.size();
+        std::vector<float> bearings_rad(n);
+        std::vector<float> intensities(n);
+        std::vector<std::int64_t> stamps_us(n, stamp_us);
+        for (std::size_t i = 0; i < n; ++i) {
+            bearings_rad[i] = static_cast<float>(scan.angle_min_rad +
+                                                 static_cast<double>(i) * scan.angle_step_rad);
+        }
+        gpom_wire_lidar_t message = {};
+        message.stamp_us = stamp_us;
+        message.ranges_m = floats(ranges_m_);
+        message.bearings_rad = floats(bearings_rad);
+        message.stamps_us = {stamps_us.data(), static_cast<std::uint32_t>(n),
+                             static_cast<std::uint32_t>(n)};
+        message.intensities = floats(intensities);
+        sender_.send(scan_channel_, bytes_.data(),
+                     gpom_wire_lidar_encode(&message, bytes_.data(), bytes_.size()));
+    }
+
+    const Options &options_;
+    Sender &sender_;
+    std::string scan_channel_, pose_channel_;
+    std::vector<std::uint8_t> bytes_;
+    std::vector<float> ranges_m_;
+    std::uint32_t sequence_ = 0;
+};
+
+std::vector<Scan> scans_of(const Options &options)
+{
+    ReadOptions read_options;
+    read_options.range_max_m = options.range_max_m;
+    return read_scans(options.in_path, read_options);
+}
+
+void print_extent(const std::vector<Scan> &scans)
+{
+    const auto by_x = [](const Scan &a, const Scan &b) { return a.x_m < b.x_m; };
+    const auto by_y = [](const Scan &a, const Scan &b) { return a.y_m < b.y_m; };
+    const auto x = std::minmax_element(scans.begin(), scans.end(), by_x);
+    const auto y = std::minmax_element(scans.begin(), scans.end(), by_y);
+    std::printf("%.3f %.3f %.3f %.3f %.3f %zu\n", x.first->x_m, y.first->y_m, x.second->x_m,
+                y.second->y_m, scans.back().t_s - scans.front().t_s, scans.size());
+}
+
+void replay_scans(const Options &options, Sender &sender)
+{
+    const std::vector<Scan> scans = scans_of(options);
+    const auto now_us = std::chrono::duration_cast<std::chrono::microseconds>(
+                            std::chrono::system_clock::now().time_since_epoch())
+                            .count();
+    const std::int64_t shift_us =
+        options.is_now ? now_us - std::llround(1e6 * scans.front().t_s) : 0;
+    ScanSender scan_sender(options, sender);
+    Pace pace(options.rate);
+    for (const Scan &scan : scans) {
+        pace.wait_for(scan.t_s);
+        scan_sender.send(scan, std::llround(1e6 * scan.t_s) + shift_us);
+    }
+}
+
+/// An LCM event log begins with the word that begins each of its events.
+bool is_event_log(const std::string &path)
+{
+    std::ifstream file(path, std::ios::binary);
+    unsigned char head[4] = {};
+    file.read(reinterpret_cast<char *>(head), sizeof head);
+    return file && head[0] == 0xed && head[1] == 0xa1 && head[2] == 0xda && head[3] == 0x01;
+}
+
+void replay_log(const Options &options, Sender &sender)
+{
+    const std::unique_ptr<lcm_eventlog_t, void (*)(lcm_eventlog_t *)> log(
+        lcm_eventlog_create(options.in_path.c_str(), "r"), lcm_eventlog_destroy);
+    if (log == nullptr) {
+        throw FileError(options.in_path, 0, "liblcm cannot read this log");
+    }
+    const std::vector<std::string> &wanted = options.log_channels;
+    Pace pace(options.rate);
+    while (lcm_eventlog_event_t *const event = lcm_eventlog_read_next_event(log.get())) {
+        const std::unique_ptr<lcm_eventlog_event_t, void (*)(lcm_eventlog_event_t *)> owner(
+            event, lcm_eventlog_free_event);
+        const std::string channel(event->channel);
+        if (event->datalen > 0 &&
+            (wanted.empty() || std::find(wanted.begin(), wanted.end(), channel) != wanted.end())) {
+            pace.wait_for(1e-6 * static_cast<double>(event->timestamp));
+            sender.send(channel, event->data, static_cast<std::size_t>(event->datalen));
+        }
+    }
+}
+
+void replay(const Options &options)
+{
+    const bool is_log = is_event_log(options.in_path);
+    if (!is_log && !options.log_channels.empty()) {
+        throw std::runtime_error("--channel: only for an LCM event log");
+    }
+    if (options.is_extent) {
+        print_extent(scans_of(options));
+        return;
+    }
+    Sender sender(options.url);
+    if (is_log) {
+        replay_log(options, sender);
+    } else {
+        replay_scans(options, sender);
+    }
+    std::printf("gpom-replay: %ld messages sent\n", sender.n_sent());
+}
+
+} // namespace
+
+int main(int argc, char **argv)
+{
+    CLI::App app("Send recorded scans, or an LCM event log, over LCM.", "gpom-replay");
+    Options options;
+    declare_options(app, options);
+    return run_tool(app, argc, argv, [&options] { replay(options); });
+}
