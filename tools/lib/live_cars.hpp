@@ -20,8 +20,8 @@ struct CarsTrial {
 /// There and back along a street, past vehicles that leave half way.
 CarsTrial default_cars();
 
-/// After how many scans that look at it a vehicle's cell says what changed, for each, and the raster
-/// before and after.
+/// After how many scans that look at it a vehicle's cell says what changed, for each, and the
+/// raster before and after.
 ///
 /// A cell is a vehicle's if its centre lies in one. Vehicles leave: of those that were occupied,
 /// how many scans saw through each until it was no longer. A scan sees through a cell if its beams
