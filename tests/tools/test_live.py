@@ -1,5 +1,5 @@
-"""Maps kept the vehicle's way: the same drive gives the same map, spurious returns and vehicles that
-come or go do little harm, and a long drive costs no more at its end than at its start.
+"""Maps kept the vehicle's way: the same drive gives the same map, spurious returns and vehicles
+that come or go do little harm, and a long drive costs no more at its end than at its start.
 """
 import csv
 import json
@@ -40,9 +40,10 @@ RASTER = "10,10,0.5,120,100"
 def live_map(program, scans, folder, name, *more):
     """Bytes of the kept beams' file, and probabilities of a raster."""
     kept, out = folder / f"{name}-kept.csv", folder / f"{name}-out.csv"
-    done = subprocess.run([program, "--scans", scans, "--params", PARAMS / "street.toml", "--raster",
-                           RASTER, "--out", out, "--kept", kept, "--live", "--beam-max", "3000",
-                           *map(str, more)], capture_output=True, text=True, check=False, timeout=120)
+    words = [program, "--scans", scans, "--params", PARAMS / "street.toml", "--raster", RASTER,
+             "--out", out, "--kept", kept, "--live", "--beam-max", 3000, *more]
+    done = subprocess.run([*map(str, words)], capture_output=True, text=True, check=False,
+                          timeout=120)
     assert done.returncode == 0, done.stderr
     with open(out, encoding="utf-8") as file:
         answers = np.array([float(row["probability"]) for row in csv.DictReader(file)])

@@ -116,8 +116,8 @@ void count_witnesses(std::vector<CarCell> &cells, const Scan &scan, const CarsTr
     }
 }
 
-/// Cells of interest by the number of witnesses they needed: [n - 1] for n, and how many of at least
-/// five witnesses have not changed yet.
+/// Cells of interest by the number of witnesses they needed: [n] for n, [0] for never; how many of
+/// at least five witnesses have not changed yet.
 Json summary_json(const std::vector<CarCell> &cells, bool arrived)
 {
     constexpr int kEnough = 5;

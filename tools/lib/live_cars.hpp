@@ -20,13 +20,14 @@ struct CarsTrial {
 /// There and back along a street, past vehicles that leave half way.
 CarsTrial default_cars();
 
-/// After how many scans that look at it a vehicle's cell says what changed, for each cell, and the
+/// After how many scans that look at it a vehicle's cell says what changed, for each, and the
 /// raster before and after.
 ///
-/// A cell is a vehicle's if its centre lies in one. Vehicles leave: of those that were occupied, how
-/// many scans saw through each until it was no longer. A scan sees through a cell if one of its
-/// beams crosses it within a quarter of its side from the centre and goes on beyond its edge.
-/// Vehicles arrive: of those in which a return lay, how many scans had one until it was occupied.
+/// A cell is a vehicle's if its centre lies in one. Vehicles leave: of those that were occupied,
+/// how many scans saw through each until it was no longer. A scan sees through a cell if its beams
+/// that go on beyond it cross all of it, none farther than keep_m from the next.
+/// Vehicles arrive: of those that were not, how many scans returned from within half a cell of its
+/// centre until it was occupied.
 nlohmann::ordered_json cars_report(const CarsTrial &trial);
 
 } // namespace gpom_tools
