@@ -20,19 +20,20 @@ struct Beam {
     uint32_t id;       ///< Order of insertion; grows for ever.
     uint32_t stamp_ms; ///< Time of its scan, since the map's first.
     uint16_t scan;     ///< Number of its scan, modulo 2^16.
-    uint16_t returned : 1;     ///< range_m ends at a surface: a gap is left before it.
-    uint16_t has_hit : 1;      ///< Its hit is known.
-    uint16_t has_free : 1;     ///< Its free segment is known.
-    uint16_t provisional : 1;  ///< Its hit is against what was known; queries do not see it yet.
-    uint16_t agreed : 4;       ///< Count of scans that saw its hit again, less those against it.
-    uint16_t hit_against : 2;  ///< Scans in a row that saw through its hit, at most 3.
-    uint16_t free_against : 2; ///< Confirmed hits on its free segment.
-    uint16_t hit_time : 2;     ///< Mark of the time of the last witness for or against its hit, and
-    uint16_t free_time : 2;    ///< against its free segment: scans of one time count once.
+    uint16_t returned : 1;    ///< range_m ends at a surface: a gap is left before it.
+    uint16_t has_hit : 1;     ///< Its hit is known.
+    uint16_t has_free : 1;    ///< Its free segment is known.
+    uint16_t provisional : 1; ///< Its hit is against what was known; queries do not see it yet.
+    uint16_t agreed : 4;      ///< Count of scans that saw its hit again, less those against it.
+    uint16_t hit_against : 2; ///< Scans in a row that saw through its hit, at most 3.
+    uint16_t hit_time : 6;    ///< Mark of the time of the last witness for or against its hit:
+                              ///< scans of one time count once.
 };
 static_assert(sizeof(Beam) == 36, "GPOM_MAP_BYTES counts on it");
 
 constexpr uint32_t kAgreedMax = 15;
+constexpr uint32_t kTimeMarkBits = 6;
+constexpr uint32_t kTimeMarkMask = (1u << kTimeMarkBits) - 1;
 
 /// Beyond this excess a beam's points have no say; keeps the noise finite.
 constexpr float kExcessMax = 1e9f;

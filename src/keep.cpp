@@ -15,7 +15,13 @@ namespace
 constexpr float kFreeSpacing = 4.0f;
 
 /// A return this many times keep_m away from the next hit stands alone.
-constexpr float kAloneGap = 4.0f;
+constexpr float kAloneGap = 2.0f;
+
+/// keep_m as recommended.
+constexpr float kUsualSpacing_m = 0.1f;
+
+/// Gaps beyond this many times keep_m count alike when the least useful beam is sought.
+constexpr float kWorthGap = 16.0f;
 
 /// Beams looked at for the least useful.
 constexpr uint32_t kCandidates = 4;
@@ -27,29 +33,37 @@ float distance2(const Point &a, const Point &b)
     return dx_m * dx_m + dy_m * dy_m;
 }
 
-/// Squared distance from a place to the nearest part of a kind, of another beam than `own_id`.
-template <class Part>
-float gap2_of(gpom_map &map, const Part &part, const Point &at, uint32_t own_id)
+/// Squared distance from a return to the nearest kept hit of another beam than `own_id`, or `most2_m2`
+/// if that is less.
+float gap2_of(gpom_map &map, const Beam &beam, uint32_t own_id, float most2_m2)
 {
-    float d2[2];
-    int32_t id[2], slot[2];
+    float d2[2] = {most2_m2, most2_m2};
+    int32_t id[2] = {kNoId, kNoId};
+    int32_t slot[2] = {-1, -1};
     NearestK<float> nearest = {d2, id, slot, 2};
-    nearest.clear();
-    search(nearest, {at.x_m, at.y_m}, map.index, part, map.keeper.hit_stack);
+    const Point at = end_of(beam);
+    search(nearest, {at.x_m, at.y_m}, map.index, map.index.hit_part, map.keeper.hit_stack);
     return id[0] == static_cast<int32_t>(own_id) ? d2[1] : d2[0];
 }
 
-/// How far a beam is from saying what is known: its hit from the next hit, or, without a hit, its
-/// far end from the next free segment.
-float gap2_of(gpom_map &map, const Beam &beam, uint32_t own_id)
+float square(float x) { return x * x; }
+
+/// What gaps are compared with, also where every beam is kept.
+float spacing_of(const gpom_map &map)
 {
-    const Point end = end_of(beam);
-    return beam.has_hit != 0 ? gap2_of(map, map.index.hit_part, end, own_id)
-                             : gap2_of(map, map.index.free_part, end, own_id);
+    return map.config.keep_m > 0.0f ? map.config.keep_m : kUsualSpacing_m;
 }
 
-/// How much a kept beam is worth: its gap, less for one that is far from the robot or old, if that
-/// counts; nothing while it waits for confirmation.
+/// What a beam is worth: the squared gap between its hit and the next. One without hit is worth as
+/// much as a hit that stands alone, one with a gap beyond kWorthGap as much as one with that.
+float worth_of(gpom_map &map, const Beam &beam, uint32_t own_id)
+{
+    return beam.has_hit != 0 ? gap2_of(map, beam, own_id, square(kWorthGap * spacing_of(map)))
+                             : square(kAloneGap * spacing_of(map));
+}
+
+/// How much a kept beam is worth still: less when it is far from the robot or old, if that counts;
+/// nothing while it waits for confirmation.
 float usefulness(gpom_map &map, const Beam &beam)
 {
     if (beam.provisional != 0) {
@@ -66,7 +80,7 @@ float usefulness(gpom_map &map, const Beam &beam)
         const float age_s = 1e-3f * static_cast<float>(age_ms);
         discount += age_s / map.config.old_s;
     }
-    return gap2_of(map, beam, beam.id) / discount;
+    return worth_of(map, beam, beam.id) / discount;
 }
 
 /// The least useful of the next kCandidates beams behind the hand.
@@ -117,21 +131,27 @@ void enter_provisional(gpom_map &map, uint32_t slot)
     ++keeper.n_provisional;
 }
 
-/// Squared distance to what is known that makes a beam new.
-float spacing2_of(const gpom_map &map, const Beam &beam)
-{
-    const float spacing_m =
-        beam.returned != 0 ? map.config.keep_m : kFreeSpacing * map.config.keep_m;
-    return spacing_m * spacing_m;
-}
-
 /// True if a new return is at odds with free segments. Next to hits it is not asked: that is where
 /// surfaces go on.
 bool is_at_odds(gpom_map &map, const Beam &beam, float gap2_m2)
 {
-    const float alone_m = kAloneGap * map.config.keep_m;
-    return map.config.clear_scans > 0 && gap2_m2 > alone_m * alone_m &&
+    return map.config.clear_scans > 0 && gap2_m2 >= square(kAloneGap * map.config.keep_m) &&
            is_known_free(map, end_of(beam));
+}
+
+/// Whether a beam says something new; a return may then be provisional.
+bool is_new(gpom_map &map, Beam &beam, bool is_sure)
+{
+    const float keep_m = map.config.keep_m;
+    if (beam.returned == 0) {
+        return !is_near_free(map, end_of(beam), kFreeSpacing * keep_m);
+    }
+    const float gap2_m2 = gap2_of(map, beam, kIdEnd, square(kAloneGap * keep_m));
+    if (gap2_m2 < keep_m * keep_m) {
+        return false;
+    }
+    beam.provisional = is_sure && is_at_odds(map, beam, gap2_m2) ? 1 : 0;
+    return true;
 }
 
 /// Decide about beam i of the group.
@@ -145,20 +165,12 @@ void decide(gpom_map &map, uint32_t i_beam)
         ++map.stats.beams_contradicting;
         return;
     }
-    if ((group.known & bit) != 0 && !clears) {
+    const bool is_known = (group.known & bit) != 0 || !is_new(map, beam, (group.sure & bit) != 0);
+    if (is_known && !clears) {
         ++map.stats.beams_known;
         return;
     }
-    const float gap2_m2 = gap2_of(map, beam, kIdEnd);
-    const bool is_new = gap2_m2 >= spacing2_of(map, beam);
-    if (!is_new && !clears) {
-        ++map.stats.beams_known;
-        return;
-    }
-    if (is_new && beam.returned != 0 && (group.sure & bit) != 0) {
-        beam.provisional = is_at_odds(map, beam, gap2_m2) ? 1 : 0;
-    }
-    keep(map, beam, gap2_m2);
+    keep(map, beam);
 }
 
 } // namespace
@@ -195,13 +207,13 @@ void drop_beam(gpom_map &map, uint32_t slot)
     remove_beam(map.index, slot);
 }
 
-uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2)
+uint32_t keep(gpom_map &map, const Beam &beam)
 {
     if (map.index.next_id == kIdEnd) {
         ++map.stats.beams_ids_spent;
         return kNoSlot;
     }
-    if (is_full(map.index) && !make_room(map, gap2_m2)) {
+    if (is_full(map.index) && !make_room(map, worth_of(map, beam, kIdEnd))) {
         ++map.stats.beams_redundant;
         return kNoSlot;
     }
@@ -234,7 +246,7 @@ void settle(gpom_map &map)
 void consider(gpom_map &map, const Beam &beam, bool sure)
 {
     if (!(map.config.keep_m > 0.0f)) {
-        keep(map, beam, kNoDistance2);
+        keep(map, beam);
         return;
     }
     Group &group = map.keeper.group;

@@ -41,7 +41,7 @@ struct Keeper {
     Group group;
     uint32_t scan_first_id; ///< Beams of the scan being inserted have this id or a greater one.
     uint32_t time_number;   ///< Different stamps seen so far.
-    uint16_t time_mark;     ///< Two bits that stand for it in Beam.
+    uint16_t time_mark;     ///< What stands for it in Beam.
     Waiting *provisional;   ///< The youngest provisional beams, a ring.
     uint32_t provisional_max;
     uint32_t n_provisional; ///< Ever entered into the ring.
@@ -63,9 +63,9 @@ void consider(gpom_map &map, const Beam &beam, bool sure);
 /// Settle the beams that still wait.
 void settle(gpom_map &map);
 
-/// Put a beam into the store, making room if it is full. `gap2_m2` is how far what is known is.
-/// Returns its slot, or kNoSlot if it was dropped and counted.
-uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2);
+/// Put a beam into the store, making room if it is full. Returns its slot, or kNoSlot if it was
+/// dropped and counted.
+uint32_t keep(gpom_map &map, const Beam &beam);
 
 /// Take a hit, a free segment or a whole beam away, and tell the low-resolution map.
 void drop_hit(gpom_map &map, uint32_t slot);

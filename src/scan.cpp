@@ -21,11 +21,14 @@ constexpr float kVarianceMax = 1e12f;
 /// most this share of keep_m.
 constexpr float kSureShare = 0.25f;
 
-/// 2^32 divided by the golden ratio: the quarter of the circle into which its nth multiple falls
-/// is the two bits that stand for the nth time. They always differ between times that are 1 or 4
-/// apart, almost always (94 %) 2 apart, else by chance, so that no rhythm of scans passes for one
-/// time for ever.
-constexpr uint32_t kGoldenRatio = 2654435769u;
+/// The bits that stand for the nth time: on a circle of circumference 2^32, the sector in which the
+/// nth step of 2^32 / golden ratio ends. They differ between any two times up to 33
+/// apart, and no rhythm of scans passes for one time for ever.
+uint16_t mark_of(uint32_t time_number)
+{
+    constexpr uint32_t kStep = 2654435769u;
+    return static_cast<uint16_t>(time_number * kStep >> (32 - gpom::kTimeMarkBits));
+}
 
 // Written so that a NaN fails.
 bool is_within(double x, double limit) { return x >= -limit && x <= limit; }
@@ -197,7 +200,7 @@ Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, dou
     Beam beam = {};
     beam.scan = context.scan;
     beam.stamp_ms = map.keeper.stamp_ms;
-    beam.hit_time = map.keeper.time_mark & 3u;
+    beam.hit_time = map.keeper.time_mark & gpom::kTimeMarkMask;
     beam.x_m = context.sensor_m.x();
     beam.y_m = context.sensor_m.y();
     beam.dir_x = direction.x;
@@ -233,7 +236,7 @@ void note_scan(gpom_map &map, int64_t stamp_us, const gpom::Point &robot)
     gpom::Keeper &keeper = map.keeper;
     if (map.stats.scans_inserted == 0 || stamp_us != keeper.stamp_us) {
         ++keeper.time_number;
-        keeper.time_mark = static_cast<uint16_t>(keeper.time_number * kGoldenRatio >> 30);
+        keeper.time_mark = mark_of(keeper.time_number);
     }
     keeper.stamp_us = stamp_us;
     keeper.stamp_ms = gpom::milliseconds_since(map.lowres.stamp0_us, stamp_us);

@@ -18,8 +18,7 @@ uint16_t bits_of_beam(const Beam &beam)
 {
     return static_cast<uint16_t>(beam.returned | beam.has_hit << 1 | beam.has_free << 2 |
                                  beam.provisional << 3 | beam.agreed << 4 | beam.hit_against << 8 |
-                                 beam.free_against << 10 | beam.hit_time << 12 |
-                                 beam.free_time << 14);
+                                 beam.hit_time << 10);
 }
 
 void set_bits(Beam &beam, uint32_t bits)
@@ -30,9 +29,7 @@ void set_bits(Beam &beam, uint32_t bits)
     beam.provisional = bits >> 3 & 1u;
     beam.agreed = bits >> 4 & 15u;
     beam.hit_against = bits >> 8 & 3u;
-    beam.free_against = bits >> 10 & 3u;
-    beam.hit_time = bits >> 12 & 3u;
-    beam.free_time = bits >> 14 & 3u;
+    beam.hit_time = bits >> 10 & kTimeMarkMask;
 }
 
 /// The one list of a beam's fields, for both directions.
@@ -162,9 +159,9 @@ bool take_commit(const uint8_t *block, Commit &commit)
 {
     Decoder from = {block + kBodyAt};
     transfer(from, commit);
-    return commit.next_id <= kIdEnd && commit.time_mark <= 3 && commit.n_counters >= 1 &&
-           commit.n_counters <= kCountersMax && is_finite(commit.origin_x_m) &&
-           is_finite(commit.origin_y_m) &&
+    return commit.next_id <= kIdEnd && commit.time_mark <= kTimeMarkMask &&
+           commit.n_counters >= 1 && commit.n_counters <= kCountersMax &&
+           is_finite(commit.origin_x_m) && is_finite(commit.origin_y_m) &&
            is_within(commit.robot_x_m, commit.robot_y_m, kRobotPlaceMax_m);
 }
 

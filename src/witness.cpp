@@ -9,15 +9,21 @@ namespace gpom
 namespace
 {
 
+/// How near a beam passes a place to speak of it: this many times keep_m, and this share of the way
+/// it still has to go.
+struct Margin {
+    float width, slope;
+};
+
 /// A beam speaks against a hit that it passes nearer than keep_m times this, and nearer than this
 /// share of the way it still has to go: beams that graze a wall run along it before they end
 /// there. Leaves and fences let beams through a hand's breadth beside a hit that will be hit again,
 /// so that wider margins cost accuracy outdoors (DESIGN.md).
-constexpr float kPassWidth = 0.15f;
-constexpr float kPassSlope = 0.05f;
+constexpr Margin kPass = {0.15f, 0.05f};
 
-/// Confirmed hits of different times on a free segment after which it is given up.
-constexpr uint32_t kFreeAgainst = 2;
+/// A hit that stood alone and was confirmed takes away the free segments that pass it so near:
+/// wider margins, as hits of one surface are keep_m apart and beams went between them.
+constexpr Margin kClear = {0.6f, 0.2f};
 
 /// Lane vectors that a group fills.
 constexpr uint32_t kVectors = kGroup / static_cast<uint32_t>(kLanes);
@@ -116,7 +122,7 @@ Witnesses witnesses_of(const Trial &trial, uint32_t i_vector, const Point &at)
     const F along = from_x * s.dir_x + from_y * s.dir_y;
     const F to_go = s.length_m - along;
     const F gap2 = across * across + to_go * to_go;
-    const F width = lane::min(F(kPassSlope * to_go), lane::splat<F>(kPassWidth * keep_m));
+    const F width = lane::min(F(kPass.slope * to_go), lane::splat<F>(kPass.width * keep_m));
     const auto ends = (lanes.returned > 0.0f) & (gap2 < keep_m * keep_m);
     const auto passes = (lanes.sure > 0.0f) & (along > 0.0f) & (to_go > keep_m) & (across < width);
     return {bits_of_mask(ends), bits_of_mask(passes)};
@@ -135,7 +141,7 @@ Witnesses witnesses_of(const Trial &trial, const Point &at)
 
 /// True if a place lies on the free segment of a kept beam of another scan, by the same margins as
 /// a beam's passing by a hit.
-bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at)
+bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at, const Margin &margin)
 {
     const float keep_m = map.config.keep_m;
     const float from_x = at.x_m - beam.x_m;
@@ -143,15 +149,16 @@ bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at)
     const float along = from_x * beam.dir_x + from_y * beam.dir_y;
     const float across = lane::abs(from_x * beam.dir_y - from_y * beam.dir_x);
     const float to_go = beam.range_m - along;
-    const float width = lane::min(kPassSlope * to_go, kPassWidth * keep_m);
+    const float width = lane::min(margin.slope * to_go, margin.width * keep_m);
     return along > 0.0f && to_go > keep_m && across < width && beam.id < map.keeper.scan_first_id;
 }
 
 /// Visit the free segments that a place lies on; visit(slot) tells whether to go on. Also while
 /// hits are walked.
-template <class Visit> void for_each_free_at(gpom_map &map, const Point &at, const Visit &visit)
+template <class Visit>
+void for_each_free_at(gpom_map &map, const Point &at, const Margin &margin, const Visit &visit)
 {
-    const float reach_m = kPassWidth * map.config.keep_m;
+    const float reach_m = margin.width * map.config.keep_m;
     bool goes_on = true;
     walk(
         map.index, map.index.free_part, map.keeper.free_stack,
@@ -159,26 +166,18 @@ template <class Visit> void for_each_free_at(gpom_map &map, const Point &at, con
             return goes_on && box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m;
         },
         [&](uint32_t slot) {
-            if (goes_on && is_on_free(map, map.index.beams[slot], at)) {
+            if (goes_on && is_on_free(map, map.index.beams[slot], at, margin)) {
                 goes_on = visit(slot);
             }
         });
 }
 
-/// A hit was confirmed where segments were free: they give way if that happens at kFreeAgainst
-/// times.
-void age_free(gpom_map &map, const Point &at)
+/// A hit was confirmed where segments were free: they give way.
+void clear_free(gpom_map &map, const Point &at)
 {
-    for_each_free_at(map, at, [&](uint32_t slot) {
-        Beam &beam = map.index.beams[slot];
-        if (beam.free_against == 0 || beam.free_time != map.keeper.time_mark) {
-            beam.free_against = (beam.free_against + 1u) & 3u;
-            beam.free_time = map.keeper.time_mark & 3u;
-        }
-        if (beam.free_against == kFreeAgainst) {
-            drop_free(map, slot);
-            ++map.stats.free_cleared;
-        }
+    for_each_free_at(map, at, kClear, [&](uint32_t slot) {
+        drop_free(map, slot);
+        ++map.stats.free_cleared;
         return true;
     });
 }
@@ -201,7 +200,7 @@ void confirm(gpom_map &map, Beam &beam)
         mark_beam(map, beam);
     }
     beam.hit_against = 0;
-    beam.hit_time = time & 3u;
+    beam.hit_time = time & kTimeMarkMask;
 }
 
 /// A scan saw through a hit: the first in a row takes one count, the next two, four, eight, so
@@ -219,7 +218,7 @@ bool contradict(gpom_map &map, uint32_t slot)
     if (beam.hit_time == map.keeper.time_mark) {
         return false;
     }
-    beam.hit_time = map.keeper.time_mark & 3u;
+    beam.hit_time = map.keeper.time_mark & kTimeMarkMask;
     const uint32_t in_row = beam.hit_against;
     const uint32_t counts = 1u << in_row;
     if (beam.agreed < counts && in_row + 1u >= map.config.clear_scans) {
@@ -252,7 +251,7 @@ void judge_hit(Trial &trial, uint32_t slot)
     if (witnesses.ends != 0) {
         confirm(map, beam);
         if (was_provisional && beam.provisional == 0) {
-            age_free(map, at);
+            clear_free(map, at);
         }
     } else if (witnesses.passes != 0 && map.config.clear_scans > 0) {
         const bool gone = contradict(map, slot);
@@ -277,11 +276,27 @@ Box box_around(const Group &group, float reach_m)
 
 } // namespace
 
+bool is_near_free(gpom_map &map, const Point &at, float reach_m)
+{
+    bool is_near = false;
+    walk(
+        map.index, map.index.free_part, map.keeper.free_stack,
+        [&](const Box &box) {
+            return !is_near && box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m;
+        },
+        [&](uint32_t slot) {
+            const Offset<float> from = {at.x_m, at.y_m};
+            const float d2 = distance2(from, map.index.free_part, map.index.beams[slot]);
+            is_near = is_near || d2 < reach_m * reach_m;
+        });
+    return is_near;
+}
+
 /// True if a place is known to be free.
 bool is_known_free(gpom_map &map, const Point &at)
 {
     bool is_free = false;
-    for_each_free_at(map, at, [&](uint32_t) {
+    for_each_free_at(map, at, kPass, [&](uint32_t) {
         is_free = true;
         return false;
     });

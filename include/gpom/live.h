@@ -7,14 +7,18 @@
  *    times in a row takes one count from the hit, then two, four, eight; when none is left and
  *    clear_scans were in a row, the hit is gone, and the beam that did it is kept. Beams that pass
  *    hits that stand are not kept.
- *  - A return on a free segment of an earlier scan is kept as provisional: queries do not see it
- *    until a scan of another time returns from within keep_m of it. It is gone once a beam passes
- *    it, or when beam_max / 16 + 8 younger ones wait. Two such confirmations on a free segment take
- *    that segment away, too.
+ *  - A return on a free segment of an earlier scan, 2 keep_m or more from any kept hit, is kept as
+ *    provisional: queries do not see it until a scan of another time returns from within keep_m of
+ *    it. Then the free segments that pass it within 0.6 keep_m go, too. It is gone itself once a
+ *    beam passes it, or when beam_max / 16 + 8 younger ones wait.
  *  - Beams whose position is not known to keep_m / 4 (standard deviation) speak against nothing.
+ *  - A beam without return is kept if its end is 4 keep_m or more from any free segment.
  *  - When the map is full, the least useful of the next four beams in turn makes room: the one
- *    whose hit is nearest to another hit (without hit: whose end is nearest to another free
- *    segment), by far_m and old_s. If the new beam is less useful still, it is dropped. */
+ *    whose hit is nearest to another, by far_m and old_s; a beam without hit counts like one with
+ *    a gap of 2 keep_m. If the new beam is no more useful, it is dropped.
+ *
+ *  Margins shrink towards a beam's end: 0.15 keep_m to 0.05 of the way it has still to go, 0.6 keep_m
+ *  to 0.2 of it. */
 #ifndef GPOM_LIVE_H
 #define GPOM_LIVE_H
 
