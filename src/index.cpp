@@ -108,6 +108,32 @@ void forget_all(Index &index)
     index.free_tree.id_end = index.next_id;
 }
 
+void reset_recent(Index &index, uint32_t i)
+{
+    index.recent[i] = {};
+    index.recent[i].number = kNoSlot;
+}
+
+void remember(Index &index, uint32_t slot)
+{
+    const Beam &beam = index.beams[slot];
+    const uint32_t number = beam.id / kRecentBlock;
+    RecentBlock &block = index.recent[number % index.n_recent_max];
+    if (block.number != number) {
+        block = {};
+        block.number = number;
+        block.hits = empty_box();
+        block.free = empty_box();
+    }
+    block.slots[beam.id % kRecentBlock] = slot;
+    if (beam.has_hit != 0) {
+        include(block.hits, index.hit_part(beam));
+    }
+    if (beam.has_free != 0) {
+        include(block.free, index.free_part(beam));
+    }
+}
+
 uint32_t insert(Index &index, const Beam &beam)
 {
     GPOM_ASSERT(!is_full(index) && index.next_id < kIdEnd);
@@ -119,8 +145,8 @@ uint32_t insert(Index &index, const Beam &beam)
     }
     index.beams[slot] = beam;
     index.beams[slot].id = index.next_id;
-    index.recent[index.next_id % index.recent_max] = slot;
     ++index.next_id;
+    remember(index, slot);
     ++index.n_beams;
     return slot;
 }
@@ -157,6 +183,10 @@ void shift_origin(Index &index, float dx_m, float dy_m)
         for (uint32_t i = 0; tree->n_items > 0 && i + 1 < node_count(tree->n_items); ++i) {
             tree->boxes[i] = shifted(tree->boxes[i], dx_m, dy_m);
         }
+    }
+    for (uint32_t i = 0; i < index.n_recent_max; ++i) {
+        index.recent[i].hits = shifted(index.recent[i].hits, dx_m, dy_m);
+        index.recent[i].free = shifted(index.recent[i].free, dx_m, dy_m);
     }
     index.phase = BuildPhase::kIdle;
 }

@@ -28,6 +28,16 @@ constexpr uint32_t kRebuildMin = 32;
 /// What building is at.
 enum class BuildPhase : uint32_t { kIdle, kListHits, kSplitHits, kListFree, kSplitFree };
 
+/// Ids that share a box while they are recent: neighbours in a scan, mostly.
+constexpr uint32_t kRecentBlock = 16;
+
+/// Beams with the ids [kRecentBlock number, kRecentBlock (number + 1)).
+struct RecentBlock {
+    uint32_t number;
+    uint32_t slots[kRecentBlock];
+    Box hits, free; ///< Around the parts of the beams that were entered.
+};
+
 struct Index {
     Beam *beams; ///< beam_max slots.
     uint32_t beam_max;
@@ -36,8 +46,8 @@ struct Index {
     uint32_t first_free; ///< Free slots are linked by their stamp_ms; kNoSlot ends the list.
     uint32_t next_id;
     uint32_t n_forgotten; ///< Times that all beams were forgotten.
-    uint32_t *recent;     ///< Slot of each of the recent_max youngest ids, at id % recent_max.
-    uint32_t recent_max;
+    RecentBlock *recent;  ///< The youngest blocks, each at number % n_recent_max.
+    uint32_t n_recent_max;
     uint32_t n_vanished; ///< Parts removed since the last build started.
     HitPart hit_part;
     FreePart free_part;
@@ -49,7 +59,10 @@ struct Index {
 };
 
 /// Entries of Index::recent for a map of beam_max beams.
-constexpr uint32_t recent_capacity(uint32_t beam_max) { return beam_max / 8 + kRebuildMin; }
+constexpr uint32_t recent_capacity(uint32_t beam_max)
+{
+    return (beam_max / 8 + kRebuildMin) / kRecentBlock + 1;
+}
 
 /// Forget all beams; ids go on growing.
 void forget_all(Index &index);
@@ -62,6 +75,12 @@ inline bool is_full(const Index &index)
 {
     return index.first_free == kNoSlot && index.n_slots == index.beam_max;
 }
+
+/// Empty the entry of Index::recent at `i`.
+void reset_recent(Index &index, uint32_t i);
+
+/// Enter a beam of the store into its block of recent ones.
+void remember(Index &index, uint32_t slot);
 
 /// Take a part of a beam away; without any part the slot is free.
 void remove_hit(Index &index, uint32_t slot);
@@ -80,31 +99,39 @@ void start_build(Index &index);
 
 inline bool is_building(const Index &index) { return index.phase != BuildPhase::kIdle; }
 
-/// Call visit(slot) for the slot of each recent beam of a tree: the youngest ids, or, once they
-/// are more than `recent` remembers, the whole store.
-template <class Visit>
-void for_each_recent(const Index &index, const KdTree &tree, const Visit &visit)
+inline const KdTree &tree_of(const Index &index, const HitPart &) { return index.hit_tree; }
+inline const KdTree &tree_of(const Index &index, const FreePart &) { return index.free_tree; }
+
+inline const Box &box_of(const RecentBlock &block, const HitPart &) { return block.hits; }
+inline const Box &box_of(const RecentBlock &block, const FreePart &) { return block.free; }
+
+/// Visit the slots of the recent beams that may have a part of this kind in touches(box): those in
+/// blocks whose box does, or, once the recent are more than the blocks hold, the whole store.
+template <class Part, class Touches, class Visit>
+void for_each_recent(const Index &index, const Part &part, const Touches &touches,
+                     const Visit &visit)
 {
-    const IdRange ids = {tree.id_end, index.next_id};
-    if (ids.end - ids.first <= index.recent_max) {
-        uint32_t i = ids.first % index.recent_max;
-        for (uint32_t id = ids.first; id < ids.end; ++id) {
-            if (index.beams[index.recent[i]].id == id) {
-                visit(index.recent[i]);
+    const IdRange ids = {tree_of(index, part).id_end, index.next_id};
+    if (ids.end - ids.first > (index.n_recent_max - 1) * kRecentBlock) {
+        for (uint32_t slot = 0; slot < index.n_slots; ++slot) {
+            if (ids.has(index.beams[slot].id)) {
+                visit(slot);
             }
-            i = i + 1 == index.recent_max ? 0 : i + 1;
         }
         return;
     }
-    for (uint32_t slot = 0; slot < index.n_slots; ++slot) {
-        if (ids.has(index.beams[slot].id)) {
-            visit(slot);
+    for (uint32_t id = ids.first; id < ids.end; id = (id / kRecentBlock + 1) * kRecentBlock) {
+        const RecentBlock &block = index.recent[id / kRecentBlock % index.n_recent_max];
+        if (block.number != id / kRecentBlock || !touches(box_of(block, part))) {
+            continue;
+        }
+        for (uint32_t i = id % kRecentBlock; i < kRecentBlock; ++i) {
+            if (index.beams[block.slots[i]].id == block.number * kRecentBlock + i) {
+                visit(block.slots[i]);
+            }
         }
     }
 }
-
-inline const KdTree &tree_of(const Index &index, const HitPart &) { return index.hit_tree; }
-inline const KdTree &tree_of(const Index &index, const FreePart &) { return index.free_tree; }
 
 /// Visit the slots of a kind that may satisfy touches(box): those of the tree's boxes that do, and
 /// the recent ones. Visited slots hold a beam with this part.
@@ -118,7 +145,7 @@ void walk(const Index &index, const Part &part, Subtree *stack, const Touches &t
             visit(slot);
         }
     };
-    for_each_recent(index, tree, visit_member);
+    for_each_recent(index, part, touches, visit_member);
     uint32_t depth = 0;
     if (tree.n_items > 0) {
         stack[depth++] = {0, 0, leaf_count(tree.n_items)};
@@ -149,9 +176,14 @@ void search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const
 {
     const KdTree &tree = tree_of(index, part);
     search_tree(nearest, at, part, tree, stack);
-    for_each_recent(index, tree, [&](uint32_t slot) {
-        offer_beam(nearest, at, part, {index.beams, slot, {tree.id_end, index.next_id}});
-    });
+    for_each_recent(
+        index, part,
+        [&](const Box &box) {
+            return lane::any(box_distance2(box, at.x_m, at.y_m) <= nearest.worst());
+        },
+        [&](uint32_t slot) {
+            offer_beam(nearest, at, part, {index.beams, slot, {tree.id_end, index.next_id}});
+        });
 }
 
 } // namespace gpom

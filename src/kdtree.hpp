@@ -37,6 +37,20 @@ struct Box {
     float x_min_m, y_min_m, x_max_m, y_max_m;
 };
 
+/// Around nothing.
+inline Box empty_box() { return {FLT_MAX, FLT_MAX, -FLT_MAX, -FLT_MAX}; }
+
+/// Make a box large enough for one more segment.
+inline void include(Box &box, const Segment &s)
+{
+    const Point end = end_of(s);
+    const float slack_m = kBoxSlack * (s.length_m + lane::abs(s.x_m) + lane::abs(s.y_m));
+    box = {lane::min(box.x_min_m, lane::min(s.x_m, end.x_m) - slack_m),
+           lane::min(box.y_min_m, lane::min(s.y_m, end.y_m) - slack_m),
+           lane::max(box.x_max_m, lane::max(s.x_m, end.x_m) + slack_m),
+           lane::max(box.y_max_m, lane::max(s.y_m, end.y_m) + slack_m)};
+}
+
 /// A part of a tree: a node and the leaves below it.
 struct Subtree {
     uint32_t node, first_leaf, n_leaves;

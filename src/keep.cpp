@@ -33,8 +33,8 @@ float distance2(const Point &a, const Point &b)
     return dx_m * dx_m + dy_m * dy_m;
 }
 
-/// Squared distance from a return to the nearest kept hit of another beam than `own_id`, or `most2_m2`
-/// if that is less.
+/// Squared distance from a return to the nearest kept hit of another beam than `own_id`, or
+/// `most2_m2` if that is less.
 float gap2_of(gpom_map &map, const Beam &beam, uint32_t own_id, float most2_m2)
 {
     float d2[2] = {most2_m2, most2_m2};

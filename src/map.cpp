@@ -24,7 +24,7 @@ bool is_valid_capacity(const gpom_config_t &config)
 {
     const uint64_t n_cells = gpom::lowres_cell_count(config);
     return config.beam_max >= 1 && config.beam_max <= GPOM_BEAM_MAX && n_cells <= GPOM_CELL_MAX &&
-           3584 + 61 * uint64_t{config.beam_max} + 8 * n_cells <= SIZE_MAX; // on 32 bits
+           4096 + 62 * uint64_t{config.beam_max} + 8 * n_cells <= SIZE_MAX; // on 32 bits
 }
 
 bool is_finite(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
@@ -69,8 +69,11 @@ void carve_arrays(gpom_map &map, const gpom::MapLayout &layout)
     gpom::Index &index = map.index;
     index.beams = gpom::carve<gpom::Beam>(mem, layout.beams);
     index.beam_max = map.config.beam_max;
-    index.recent = gpom::carve<uint32_t>(mem, layout.recent);
-    index.recent_max = gpom::recent_capacity(map.config.beam_max);
+    index.recent = gpom::carve<gpom::RecentBlock>(mem, layout.recent);
+    index.n_recent_max = gpom::recent_capacity(map.config.beam_max);
+    for (uint32_t i = 0; i < index.n_recent_max; ++i) {
+        gpom::reset_recent(index, i);
+    }
     gpom::KdTree *const trees[3] = {&index.hit_tree, &index.free_tree, &index.spare};
     for (int i_tree = 0; i_tree < 3; ++i_tree) {
         *trees[i_tree] = {index.beams, gpom::carve<gpom::Box>(mem, layout.boxes[i_tree]),

@@ -337,15 +337,15 @@ void place(State &s, Index &index, const Beam &beam)
     }
 }
 
-/// Entries of Index::recent name a slot, whichever, for ids that are not there.
-void reset_recent(State &s, Index &index)
+/// Empty entries of Index::recent, some at a time.
+void reset_some_recent(State &s, Index &index)
 {
     const uint32_t end =
-        index.recent_max - s.i_entry > kEntries ? s.i_entry + kEntries : index.recent_max;
+        index.n_recent_max - s.i_entry > kEntries ? s.i_entry + kEntries : index.n_recent_max;
     for (; s.i_entry < end; ++s.i_entry) {
-        index.recent[s.i_entry] = 0;
+        gpom::reset_recent(index, s.i_entry);
     }
-    if (s.i_entry == index.recent_max) {
+    if (s.i_entry == index.n_recent_max) {
         s.phase = kOrder;
         s.id_end = 0;
         s.n_provisional = 0;
@@ -369,7 +369,7 @@ void list(State &s, gpom_map_t &map, uint32_t slot)
 {
     Index &index = map.index;
     const Beam &beam = index.beams[slot];
-    index.recent[beam.id % index.recent_max] = slot;
+    gpom::remember(index, slot);
     if (beam.has_hit != 0 && beam.provisional != 0) {
         gpom::Waiting &entry = map.keeper.provisional[s.n_provisional % map.keeper.provisional_max];
         if (s.n_provisional >= map.keeper.provisional_max) {
@@ -477,7 +477,7 @@ void read_one(State &s, gpom_map_t &map)
         load_one(s, map);
         break;
     case kReset:
-        reset_recent(s, map.index);
+        reset_some_recent(s, map.index);
         break;
     default:
         order_some(s, map);

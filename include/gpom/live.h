@@ -17,8 +17,8 @@
  *    whose hit is nearest to another, by far_m and old_s; a beam without hit counts like one with
  *    a gap of 2 keep_m. If the new beam is no more useful, it is dropped.
  *
- *  Margins shrink towards a beam's end: 0.15 keep_m to 0.05 of the way it has still to go, 0.6 keep_m
- *  to 0.2 of it. */
+ *  Margins shrink towards a beam's end: 0.15 keep_m to 0.05 of the way it has still to go,
+ *  0.6 keep_m to 0.2 of it. */
 #ifndef GPOM_LIVE_H
 #define GPOM_LIVE_H
 

@@ -23,10 +23,10 @@ extern "C" {
 
 /** Bytes of memory for a map of `beam_max` beams and `cell_max` = lowres_nx lowres_ny +
  *  focus_cell_max low-resolution cells: a constant expression for a static array, never less than
- *  gpom_map_bytes(). 61 bytes a beam: 36 the beam, 8 in each of two trees and in the one being
- *  built, 1 in lists; 8 bytes a cell. */
+ *  gpom_map_bytes(). 62 bytes a beam: 36 the beam, 8 in each of two trees and in the one being
+ *  built, 2 in lists; 8 bytes a cell. */
 #define GPOM_MAP_BYTES(beam_max, cell_max)                                                         \
-    ((size_t)3584 + (size_t)61 * (size_t)(beam_max) + (size_t)8 * (size_t)(cell_max))
+    ((size_t)4096 + (size_t)62 * (size_t)(beam_max) + (size_t)8 * (size_t)(cell_max))
 
 /** What a map is made for. Fill with gpom_config_init(), then change. */
 typedef struct {

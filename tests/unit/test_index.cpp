@@ -138,7 +138,7 @@ struct Life {
             change_one();
         }
         const std::uint32_t n_recent = index.next_id - index.free_tree.id_end;
-        n_overflows += n_recent > index.recent_max ? 1 : 0;
+        n_overflows += n_recent > (index.n_recent_max - 1) * gpom::kRecentBlock ? 1 : 0;
     }
 
     /// A slice of building. For some time nobody builds, or too slowly to keep up.
