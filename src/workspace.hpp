@@ -52,12 +52,13 @@ struct ScratchLayout {
 
 constexpr ScratchLayout scratch_layout(size_t n, size_t n_pool)
 {
+    const size_t n_padded = kTile * tile_count(n);
     const size_t nearest = 0; // d2, id and slot
     const size_t points = nearest + 3 * n_pool * sizeof(F);
-    const size_t features = points + 3 * n * sizeof(F);
-    const size_t vectors = features + n * sizeof(Feature<F>); // u, v and 1 / diagonal
-    const size_t factor = vectors + 3 * n * sizeof(F);
-    const size_t packet = align8(factor + tri(n) * sizeof(F));
+    const size_t features = points + 3 * n_padded * sizeof(F);
+    const size_t vectors = features + n_padded * sizeof(Feature<F>); // u and v
+    const size_t factor = vectors + 2 * n_padded * sizeof(F);
+    const size_t packet = align8(factor + panel_at(tile_count(n)) * sizeof(F));
     const size_t stack = packet + align8(sizeof(Packet));
     const size_t group = align8(stack + kDepthMax * sizeof(Subtree));
     const size_t total = group + sizeof(PointGroup);
@@ -74,6 +75,7 @@ constexpr size_t scratch_bytes(size_t n, size_t n_pool)
 }
 
 static_assert(scratch_bytes(2, 4) <= GPOM_SCRATCH_BYTES(2, kLanes), "public macro too small");
+static_assert(scratch_bytes(5, 10) <= GPOM_SCRATCH_BYTES(5, kLanes), "public macro too small");
 static_assert(scratch_bytes(16, 32) <= GPOM_SCRATCH_BYTES(16, kLanes), "public macro too small");
 static_assert(scratch_bytes(GPOM_POINTS_MAX, 2 * GPOM_POINTS_MAX) <=
                   GPOM_SCRATCH_BYTES(GPOM_POINTS_MAX, kLanes),
@@ -126,18 +128,19 @@ inline Workspace carve_workspace(const gpom_params_t &params, void *scratch)
     const size_t n_pool_hits = pool_size(params.n_hits, params.scan_points_max);
     const ScratchLayout layout = scratch_layout_of(params);
     void *const mem = align_scratch(scratch);
+    const size_t n_padded = kTile * tile_count(n);
     F *const xyn = carve<F>(mem, layout.points);
-    F *const uvd = carve<F>(mem, layout.vectors);
+    F *const uv = carve<F>(mem, layout.vectors);
     Workspace work = {};
     work.packet = carve<Packet>(mem, layout.packet);
     work.stack = carve<Subtree>(mem, layout.stack);
     work.hits = carve_nearest(mem, n_pool, 0, n_pool_hits);
     work.free = carve_nearest(mem, n_pool, n_pool_hits, n_pool - n_pool_hits);
-    work.points = {xyn, xyn + n, xyn + 2 * n, params.n_hits, params.n_free};
+    work.points = {xyn, xyn + n_padded, xyn + 2 * n_padded, params.n_hits, params.n_free};
     work.gp.features = carve<Feature<F>>(mem, layout.features);
-    work.gp.u = uvd;
-    work.gp.v = uvd + n;
-    work.gp.factor = {carve<F>(mem, layout.factor), uvd + 2 * n, F{}};
+    work.gp.u = uv;
+    work.gp.v = uv + n_padded;
+    work.gp.factor = {carve<F>(mem, layout.factor), F{}};
     return work;
 }
 

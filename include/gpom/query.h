@@ -67,9 +67,13 @@ typedef struct {
 /** Bytes of scratch for n_points = n_hits + n_free neighbours and a library of `lanes` lanes
  *  (gpom_lanes(); GPOM_LANES_MAX fits every build): a constant expression for a static array. */
 #define GPOM_SCRATCH_BYTES(n_points, lanes)                                                        \
-    ((size_t)1024 + (size_t)4 * (size_t)(lanes) *                                                  \
-                        ((size_t)(n_points) * ((size_t)(n_points) + 1) / 2 +                       \
-                         (size_t)16 * (size_t)(n_points) + (size_t)8))
+    ((size_t)1024 +                                                                                \
+     (size_t)4 * (size_t)(lanes) *                                                                 \
+         (GPOM_WHOLE_TILES(n_points) * (GPOM_WHOLE_TILES(n_points) + (size_t)34) / (size_t)2 +     \
+          (size_t)8))
+
+/** The covariance matrix is factored in tiles of 4 x 4: n_points rounded up to a multiple. */
+#define GPOM_WHOLE_TILES(n_points) (((size_t)(n_points) + (size_t)3) / (size_t)4 * (size_t)4)
 
 /** Queries that this build of the library computes side by side: 1, 4, 8 or 16. */
 GPOM_API uint32_t gpom_lanes(void);
