@@ -102,6 +102,10 @@ TOOLS     := $(subst _,-,$(TOOL_SRC:tools/%.cpp=$(BUILD)/%))
 SCRIPT_SRC := $(wildcard tools/gpom_*.py) tools/exact_gp.py
 SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
 
+BENCH_LIB := $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive street_world scan_log \
+             text_lines truth host_map params_toml))
+BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
+
 # --- Public targets ----------------------------------------------------------------------------
 
 help: ## List the targets
@@ -129,10 +133,13 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
-test-all: build/setup/lint firmware fuzzers ## Run `test`, firmware, fuzz, lint
+test-all: build/setup/lint firmware fuzzers count-queries ## Run `test`, firmware, fuzz, lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
+
+bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
+	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
 
 lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
 	$(Q)python3 tools/lint.py format rules tidy
@@ -157,8 +164,9 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools codec demo results fuzz test test-all lint format check-symbols firmware \
-        test-firmware clean distclean test-programs unit tsan codec-tests fuzzers firmware-image FORCE
+.PHONY: help lib tools codec demo results fuzz test test-all bench-instructions count-queries lint \
+        format check-symbols firmware test-firmware clean distclean test-programs unit tsan \
+        codec-tests fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -173,6 +181,9 @@ test-programs: lib tools unit codec-tests $(BUILD)/api_c99 build/setup/python
 unit: $(BUILD)/unit_tests
 
 tsan: $(BUILD)/tsan_tests
+
+count-queries: build/setup/firmware
+	$(Q)$(MAKE) CROSS= CPU= LANES=1 FMA=0 BUILD=build/host-scalar build/host-scalar/count-queries
 
 fuzzers: $(FUZZERS)
 
@@ -189,7 +200,7 @@ $(BUILD)/flags: FORCE
 	@echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' | cmp -s - $@ || \
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
-$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(PORT_OBJ) \
+$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(PORT_OBJ) $(BENCH_OBJ) \
     $(CODEC_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),firmware,base)
 $(TEST_OBJ): | build/setup/test
@@ -203,7 +214,7 @@ endef
 
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS))
-$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ): $(BUILD)/obj/%.o: %.cpp
+$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(BENCH_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
@@ -266,6 +277,9 @@ $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 	@mkdir -p $(@D)
 	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' $(abspath build/venv/bin/python) $(abspath $<) > $@
 	@chmod +x $@
+$(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
