@@ -6,7 +6,8 @@ CROSS  ?=
 CPU    ?= cortex-m7
 CONFIG ?= $(if $(CROSS),$(CPU),release)
 BUILD  ?= build/$(or $(CROSS:%-=%),host)-$(CONFIG)
-LANES  ?= $(if $(CROSS),1,4)
+# Queries side by side: a number, or auto: chosen at run time from SSE2, AVX2 and AVX-512.
+LANES  ?= $(if $(CROSS),1,$(if $(filter x86_64,$(shell uname -m)),auto,4))
 FMA    ?= $(if $(CROSS),1,0)
 EXEC   ?=
 SEED   ?=
@@ -63,7 +64,8 @@ STREET := build/host-release/street
 
 WARN := -Wall -Wextra -Wshadow -Wconversion -Werror -Wno-psabi
 # Same numerics for everything that may inline a core header: see STYLE on fusing.
-NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES) -DGPOM_FMA=$(FMA)
+NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES:auto=4) -DGPOM_FMA=$(FMA) \
+             $(if $(filter auto,$(LANES)),-DGPOM_DISPATCH=1)
 INCLUDES  := -Iinclude -I. -isystem $(EIGEN)
 COMMON    := $(CPU_FLAGS) $(MODE) $(WARN) $(NUMERICS) $(INCLUDES)
 CORE_FLAGS := -std=c++17 $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \
@@ -83,6 +85,12 @@ PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
 objects = $(patsubst %,$(BUILD)/obj/%.o,$(basename $(1)))
 
 CORE_OBJ  := $(call objects,$(wildcard src/*.cpp))
+# The hot path once more for each instruction set, in a namespace of its own.
+ISA_avx2   := -Dgpom=gpom_avx2 -UGPOM_LANES -DGPOM_LANES=8 -UGPOM_FMA -DGPOM_FMA=1 -mavx2 -mfma
+ISA_avx512 := -Dgpom=gpom_avx512 -UGPOM_LANES -DGPOM_LANES=16 -UGPOM_FMA -DGPOM_FMA=1 \
+              -mavx512f -mavx512vl -mavx512bw -mavx512dq
+ISA_OBJ    := $(if $(filter auto,$(LANES)),$(BUILD)/obj/src/answer_avx2.o \
+              $(BUILD)/obj/src/answer_avx512.o)
 TOOL_SRC  := $(wildcard tools/gpom_*.cpp)
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
@@ -200,7 +208,8 @@ $(BUILD)/flags: FORCE
 	@echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' | cmp -s - $@ || \
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
-$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(PORT_OBJ) $(BENCH_OBJ) \
+$(CORE_OBJ) $(ISA_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(PORT_OBJ) \
+    $(BENCH_OBJ) \
     $(CODEC_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),firmware,base)
 $(TEST_OBJ): | build/setup/test
@@ -214,6 +223,8 @@ endef
 
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS))
+$(ISA_OBJ): $(BUILD)/obj/src/answer_%.o: src/answer.cpp
+	$(call compile,$(CXX) $(CORE_FLAGS) $(ISA_$*))
 $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(BENCH_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
@@ -225,12 +236,12 @@ $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): $(BUILD)/obj/%.o: %.cpp
 $(PORT_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(PORT_FLAGS))
 
-$(BUILD)/libgpom.a: $(CORE_OBJ)
+$(BUILD)/libgpom.a: $(CORE_OBJ) $(ISA_OBJ)
 	$(if $(V),,@echo "  AR   $@")
 	$(Q)rm -f $@ && $(AR) crs $@ $^
 
 # Linked by the C compiler: a need for the C++ runtime is a link error, not a surprise.
-$(BUILD)/libgpom.so: $(CORE_OBJ)
+$(BUILD)/libgpom.so: $(CORE_OBJ) $(ISA_OBJ)
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so -o $@ $^ -lm
 $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
