@@ -146,6 +146,13 @@ test-all: build/setup/lint firmware fuzzers count-queries ## Run `test`, firmwar
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
+bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann and the FMA peak: build/bench
+	@mkdir -p build/bench
+	$(Q)$(BUILD)/speed --benchmark_out=build/bench/speed.json --benchmark_counters_tabular=true \
+	    --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \
+	    --benchmark_report_aggregates_only=true --benchmark_min_time=0.1 $(BENCH_FLAGS)
+	$(Q)python3 bench/ratios.py build/bench/speed.json | tee build/bench/ratios.txt
+
 bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
 	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
 
@@ -172,7 +179,7 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools codec demo results fuzz test test-all bench-instructions count-queries lint \
+.PHONY: help lib tools codec demo results fuzz test test-all bench bench-instructions count-queries lint \
         format check-symbols firmware test-firmware clean distclean test-programs unit tsan \
         codec-tests fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
@@ -288,6 +295,9 @@ $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 	@mkdir -p $(@D)
 	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' $(abspath build/venv/bin/python) $(abspath $<) > $@
 	@chmod +x $@
+$(BUILD)/speed: $(BUILD)/obj/bench/speed.o $(BENCH_LIB) $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lbenchmark -lz
 $(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz

@@ -1,8 +1,8 @@
 /** \file query.h
  *  Ask the map: at any point, at any resolution, how likely is it occupied and how sure is that?
  *
- *  A point's answer depends on the map and the point alone: within one build and instruction set it is
- *  the same to the last bit in any list, raster, order or thread.
+ *  A point's answer depends on the map and the point alone: within one build and instruction set
+ *  it is the same to the last bit in any list, raster, order or thread.
  *
  *  Cost of one point: at most 4 B / 8 box and B segment and B hit distances for B beams (in
  *  practice about 100 + 20 log2 B of each), then n^2 / 2 covariances and n^3 / 6 + n^2
