@@ -146,7 +146,7 @@ test-all: build/setup/lint firmware fuzzers count-queries ## Run `test`, firmwar
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
-bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann and the FMA peak: build/bench
+bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann, FMA peak: build/bench
 	@mkdir -p build/bench
 	$(Q)$(BUILD)/speed --benchmark_out=build/bench/speed.json --benchmark_counters_tabular=true \
 	    --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \
@@ -179,8 +179,8 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools codec demo results fuzz test test-all bench bench-instructions count-queries lint \
-        format check-symbols firmware test-firmware clean distclean test-programs unit tsan \
+.PHONY: help lib tools codec demo results fuzz test test-all bench bench-instructions \
+        count-queries lint format check-symbols firmware test-firmware clean distclean test-programs unit tsan \
         codec-tests fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
 

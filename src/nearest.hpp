@@ -65,7 +65,7 @@ template <class F> struct NearestK {
         slot[j] = item_slot;
     }
 
-    /// Each lane where it ranks there, from the back until no lane is left that moves.
+    /// Each lane where it ranks there, over all k: with many lanes one always has far to go.
     void offer_lanes(F item_d2, I new_id, I new_slot)
     {
         auto beats = ranks_before(item_d2, new_id, k - 1);
@@ -74,9 +74,6 @@ template <class F> struct NearestK {
             d2[j] = lane::select(beats_next, d2[j - 1], lane::select(beats, item_d2, d2[j]));
             id[j] = lane::select(beats_next, id[j - 1], lane::select(beats, new_id, id[j]));
             slot[j] = lane::select(beats_next, slot[j - 1], lane::select(beats, new_slot, slot[j]));
-            if (!lane::any(beats_next)) {
-                return;
-            }
             beats = beats_next;
         }
         d2[0] = lane::select(beats, item_d2, d2[0]);
