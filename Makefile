@@ -180,8 +180,8 @@ distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools codec demo results fuzz test test-all bench bench-instructions \
-        count-queries lint format check-symbols firmware test-firmware clean distclean test-programs unit tsan \
-        codec-tests fuzzers firmware-image FORCE
+        count-queries lint format check-symbols firmware test-firmware clean distclean \
+        test-programs unit tsan codec-tests fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ search of the hits alone; multiply-adds of all whole queries as a part of the me
 (n^3 / 6 + n^2 a query: factor and substitutions, nothing for search and covariances).
 """
 import json
+import math
 import re
 import sys
 
@@ -28,10 +29,12 @@ def main():
         if not match:
             continue
         of, n = f"/{match[1]}/n{match[2]}", int(match[2])
+        listed, brute, tree, hits = [
+            rate.get(other + of, math.nan)  # left out of the run: nan
+            for other in ("points", "eigen-brute", "eigen-tree", "nanoflann-hits")]
         share = f"{100 * raster * (n**3 / 6 + n**2) / peak:6.0f} %" if peak else "-"
-        print(f"{match[1]:<12} {n:>3} {raster:9.3g} {rate['points' + of]:9.3g} "
-              f"{raster / rate['eigen-brute' + of]:8.1f} {raster / rate['eigen-tree' + of]:7.1f} "
-              f"{rate['nanoflann-hits' + of] / raster:17.2f} {share:>8}")
+        print(f"{match[1]:<12} {n:>3} {raster:9.3g} {listed:9.3g} {raster / brute:8.1f} "
+              f"{raster / tree:7.1f} {hits / raster:17.2f} {share:>8}")
 
 
 if __name__ == "__main__":
