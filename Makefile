@@ -6,7 +6,8 @@ CROSS  ?=
 CPU    ?= cortex-m7
 CONFIG ?= $(if $(CROSS),$(CPU),release)
 BUILD  ?= build/$(or $(CROSS:%-=%),host)-$(CONFIG)
-LANES  ?= $(if $(CROSS),1,4)
+# Queries side by side: a number, or auto: chosen at run time from SSE2, AVX2 and AVX-512.
+LANES  ?= $(if $(CROSS),1,$(if $(filter x86_64,$(shell uname -m)),auto,4))
 FMA    ?= $(if $(CROSS),1,0)
 EXEC   ?=
 SEED   ?=
@@ -64,7 +65,8 @@ STREET := build/host-release/street
 
 WARN := -Wall -Wextra -Wshadow -Wconversion -Werror -Wno-psabi
 # Same numerics for everything that may inline a core header: see STYLE on fusing.
-NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES) -DGPOM_FMA=$(FMA)
+NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES:auto=4) -DGPOM_FMA=$(FMA) \
+             $(if $(filter auto,$(LANES)),-DGPOM_DISPATCH=1)
 INCLUDES  := -Iinclude -I. -isystem $(EIGEN)
 COMMON    := $(CPU_FLAGS) $(MODE) $(WARN) $(NUMERICS) $(INCLUDES)
 CORE_FLAGS := -std=c++17 $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \
@@ -86,6 +88,12 @@ objects = $(patsubst %,$(BUILD)/obj/%.o,$(basename $(1)))
 CORE_OBJ  := $(call objects,$(wildcard src/*.cpp))
 LCM_TOOL_SRC := tools/gpom_replay.cpp # these need liblcm: built with the daemon
 TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
+# The hot path once more for each instruction set, in a namespace of its own.
+ISA_avx2   := -Dgpom=gpom_avx2 -UGPOM_LANES -DGPOM_LANES=8 -UGPOM_FMA -DGPOM_FMA=1 -mavx2 -mfma
+ISA_avx512 := -Dgpom=gpom_avx512 -UGPOM_LANES -DGPOM_LANES=16 -UGPOM_FMA -DGPOM_FMA=1 \
+              -mavx512f -mavx512vl -mavx512bw -mavx512dq
+ISA_OBJ    := $(if $(filter auto,$(LANES)),$(BUILD)/obj/src/answer_avx2.o \
+              $(BUILD)/obj/src/answer_avx512.o)
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
 TEST_OBJ  := $(call objects,$(wildcard tests/unit/*.cpp tests/property/*.cpp))
@@ -110,6 +118,10 @@ CODEC_ECHO_OBJ := $(call objects,tests/codec/codec_echo.cpp)
 TOOLS     := $(subst _,-,$(TOOL_SRC:tools/%.cpp=$(BUILD)/%))
 SCRIPT_SRC := $(wildcard tools/gpom_*.py) tools/exact_gp.py
 SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
+
+BENCH_LIB := $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive street_world scan_log \
+             text_lines truth host_map params_toml))
+BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
 
 # --- Public targets ----------------------------------------------------------------------------
 
@@ -146,11 +158,21 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
-test-all: build/setup/lint firmware fuzzers ## Run `test`, firmware, fuzz, lint
+test-all: build/setup/lint firmware fuzzers count-queries ## Run `test`, firmware, fuzz, lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
+
+bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann, FMA peak: build/bench
+	@mkdir -p build/bench
+	$(Q)$(BUILD)/speed --benchmark_out=build/bench/speed.json --benchmark_counters_tabular=true \
+	    --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \
+	    --benchmark_report_aggregates_only=true --benchmark_min_time=0.1 $(BENCH_FLAGS)
+	$(Q)python3 bench/ratios.py build/bench/speed.json | tee build/bench/ratios.txt
+
+bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
+	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
 
 lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
 	$(Q)python3 tools/lint.py format rules tidy
@@ -175,9 +197,9 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools codec gpomd bench-insert demo demo-lcm results fuzz test test-all lint \
-        format check-symbols firmware test-firmware clean distclean test-programs unit tsan endian \
-        codec-tests fuzzers firmware-image FORCE
+.PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo demo-lcm \
+        results fuzz test test-all lint format check-symbols firmware test-firmware clean distclean \
+        test-programs unit tsan endian codec-tests fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -192,6 +214,9 @@ test-programs: lib tools unit codec-tests $(BUILD)/api_c99 build/setup/python
 unit: $(BUILD)/unit_tests
 
 tsan: $(BUILD)/tsan_tests
+
+count-queries: build/setup/firmware
+	$(Q)$(MAKE) CROSS= CPU= LANES=1 FMA=0 BUILD=build/host-scalar build/host-scalar/count-queries
 
 fuzzers: $(FUZZERS)
 
@@ -216,8 +241,9 @@ $(BUILD)/flags: FORCE
 	@echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' | cmp -s - $@ || \
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
-$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
-    $(PORT_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
+$(CORE_OBJ) $(ISA_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
+    $(PORT_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) \
+    $(CODEC_ECHO_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
@@ -231,8 +257,10 @@ endef
 
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS))
-$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ): \
-    $(BUILD)/obj/%.o: %.cpp
+$(ISA_OBJ): $(BUILD)/obj/src/answer_%.o: src/answer.cpp
+	$(call compile,$(CXX) $(CORE_FLAGS) $(ISA_$*))
+$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) \
+    $(LCM_TOOL_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
@@ -243,12 +271,12 @@ $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): $(BUILD)/obj/%.o: %.cpp
 $(PORT_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(PORT_FLAGS))
 
-$(BUILD)/libgpom.a: $(CORE_OBJ)
+$(BUILD)/libgpom.a: $(CORE_OBJ) $(ISA_OBJ)
 	$(if $(V),,@echo "  AR   $@")
 	$(Q)rm -f $@ && $(AR) crs $@ $^
 
 # Linked by the C compiler: a need for the C++ runtime is a link error, not a surprise.
-$(BUILD)/libgpom.so: $(CORE_OBJ)
+$(BUILD)/libgpom.so: $(CORE_OBJ) $(ISA_OBJ)
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so -o $@ $^ -lm
 $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
@@ -303,6 +331,12 @@ $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 	@mkdir -p $(@D)
 	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' $(abspath build/venv/bin/python) $(abspath $<) > $@
 	@chmod +x $@
+$(BUILD)/speed: $(BUILD)/obj/bench/speed.o $(BENCH_LIB) $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lbenchmark -lz
+$(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)

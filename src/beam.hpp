@@ -3,6 +3,8 @@
 /// and its free segment.
 #pragma once
 
+#include "src/lane.hpp"
+
 #include <stdint.h>
 
 namespace gpom
@@ -74,7 +76,7 @@ struct FreePart {
     Segment operator()(const Beam &beam) const
     {
         const float gap = beam.returned != 0 ? gap_m : 0.0f;
-        const float length_m = beam.range_m > gap ? beam.range_m - gap : 0.0f;
+        const float length_m = lane::max(beam.range_m - gap, 0.0f);
         return {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, length_m};
     }
 

@@ -1,5 +1,5 @@
 /// \file elementary.hpp
-/// Arcsine, exponential, normal distribution function, sine and cosine in float32.
+/// Arcsine, exponentials, normal distribution function, sine and cosine in float32.
 ///
 /// Own ones on every platform: C libraries differ in the last bits, and none works on lanes.
 /// Coefficients and error bounds are printed by tools/fit_elementary.py (weighted minimax fits).
@@ -14,6 +14,7 @@ namespace gpom
 template <class F, int N> inline F horner(const float (&c)[N], F x)
 {
     F sum = lane::splat<F>(c[N - 1]);
+#pragma GCC unroll 8
     for (int i = N - 2; i >= 0; --i) {
         sum = lane::fma(sum, x, lane::splat<F>(c[i]));
     }
@@ -50,6 +51,19 @@ template <class F> inline F exp_nonpositive(F x)
     const F mantissa = lane::fma(F(f * f), horner(kQ, f), F(f + 1.0f));
     const F scaled = lane::scale_exponent(mantissa, lane::bits_of(shifted));
     return lane::select(x < -87.0f, lane::splat<F>(0.0f), scaled);
+}
+
+/// 2^x for x <= 0, 0 from -127 down. Error <= 2.2 units in the last place down to -125, below that
+/// 2^-126; 2^0 is 1. There is no case for 0: at -127 no bit of the exponent is left.
+template <class F> inline F exp2_nonpositive(F x)
+{
+    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: adding it rounds to an integer
+    constexpr float kP[] = {1.0f,         0.693147004f,   0.240222469f,
+                            0.055507116f, 0.00967130065f, 0.00132692745f};
+    const F clamped = lane::max(lane::splat<F>(-127.0f), x);
+    const F shifted = clamped + kRound;
+    const F f = clamped - (shifted - kRound);
+    return lane::scale_exponent(horner(kP, f), lane::bits_of(shifted));
 }
 
 /// Natural logarithm of a positive, normal x: 2 atanh((m - 1) / (m + 1)) of the mantissa m by its

@@ -8,8 +8,7 @@ KernelConstants kernel_constants(const gpom_params_t &params)
     if (params.kernel == GPOM_KERNEL_NN) {
         return {params.sf2, lane::sqrt(2.0f * params.s0), lane::sqrt(2.0f * params.s1)};
     }
-    const float scale = params.kernel == GPOM_KERNEL_MATERN32 ? 1.73205081f : 1.0f;
-    return {params.sf2, 0.0f, scale / params.ell_m};
+    return {params.sf2, 0.0f, units_per_ell(params.kernel) / params.ell_m};
 }
 
 namespace

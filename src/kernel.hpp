@@ -16,8 +16,20 @@ namespace gpom
 struct KernelConstants {
     float sf2;
     float bias;   ///< NN: sqrt(2 s0).
-    float weight; ///< NN: sqrt(2 s1) [1/m]. Others: 1 / ell [1/m] (Matern-3/2: sqrt(3) / ell).
+    float weight; ///< NN: sqrt(2 s1) [1/m]. Others: 1 / ell [1/m], times units_per_ell().
 };
+
+constexpr float kLog2e = 1.44269504f;
+
+/// Units of position in a length scale, chosen so that the covariance needs no further factor:
+/// exp(-r / ell) is 2^-u for log2(e) units, exp(-(r / ell)^2 / 2) is 2^-u^2 for their half's root.
+constexpr float units_per_ell(int32_t kernel)
+{
+    return kernel == GPOM_KERNEL_MATERN12   ? kLog2e
+           : kernel == GPOM_KERNEL_MATERN32 ? 1.73205081f
+           : kernel == GPOM_KERNEL_SE       ? 0.849321800f
+                                            : 1.0f;
+}
 
 KernelConstants kernel_constants(const gpom_params_t &params);
 
@@ -62,12 +74,12 @@ inline F covariance(const KernelConstants &constants, const Feature<F> &p, const
         const F dy = p.b - q.b;
         const F r2 = lane::fma(dx, dx, F(dy * dy));
         if constexpr (K == GPOM_KERNEL_SE) {
-            return constants.sf2 * exp_nonpositive(F(-0.5f * r2));
+            return constants.sf2 * exp2_nonpositive(F(-r2));
         } else if constexpr (K == GPOM_KERNEL_MATERN12) {
-            return constants.sf2 * exp_nonpositive(F(-lane::sqrt(r2)));
+            return constants.sf2 * exp2_nonpositive(F(-lane::sqrt(r2)));
         } else if constexpr (K == GPOM_KERNEL_MATERN32) {
             const F s = lane::sqrt(r2);
-            return constants.sf2 * (1.0f + s) * exp_nonpositive(F(-s));
+            return constants.sf2 * (1.0f + s) * exp2_nonpositive(F(-kLog2e * s));
         } else {
             const F u = lane::max(F(1.0f - lane::sqrt(r2)), lane::splat<F>(0.0f));
             return constants.sf2 * u * u * u;

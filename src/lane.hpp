@@ -175,4 +175,14 @@ template <class F> inline F fma(F a, F b, F c)
     }
 }
 
+/// c - a b, fused likewise.
+template <class F> inline F minus_product(F c, F a, F b)
+{
+    if constexpr (GPOM_FMA == 0) {
+        return c - a * b;
+    } else {
+        return fma(F(-a), b, c);
+    }
+}
+
 } // namespace gpom::lane

@@ -1,8 +1,8 @@
 #include "gpom/live.h"
 
+#include "src/hot_path.hpp"
 #include "src/live.hpp"
 #include "src/map.hpp"
-#include "src/workspace.hpp"
 
 #include <float.h>
 

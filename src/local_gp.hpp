@@ -14,12 +14,14 @@ constexpr float kAbsentNoise = 1e30f;
 
 /// n points about the query, hits (+1) first, then free points (-1).
 template <class F> struct Neighbourhood {
-    F *x_m, *y_m; ///< Relative to the query.
+    F *x_m, *y_m; ///< Relative to the query; room for whole tiles of points, as in the others.
     F *noise;     ///< Noise variance, or kAbsentNoise.
     size_t n_hits, n_free;
+
+    size_t n_tiles() const { return tile_count(n_hits + n_free); }
 };
 
-/// Working arrays of n = n_hits + n_free elements beside the factor.
+/// Working arrays of kTile n_tiles() elements beside the factor.
 template <class F> struct GpWork {
     Feature<F> *features;
     F *u, *v;
@@ -37,11 +39,38 @@ template <class F> inline void merge_equal(F *x_m, F *y_m, F *noise, size_t n)
     const F absent = lane::splat<F>(kAbsentNoise);
     for (size_t i = 1; i < n; ++i) {
         for (size_t j = 0; j < i; ++j) {
+            if (!lane::any(x_m[i] == x_m[j])) {
+                continue;
+            }
             const auto equal = (x_m[i] == x_m[j]) & (y_m[i] == y_m[j]) & (noise[i] < absent);
             const F merged = 1.0f / (1.0f / noise[j] + 1.0f / noise[i]);
             noise[j] = lane::select(equal, merged, noise[j]);
             noise[i] = lane::select(equal, absent, noise[i]);
         }
+    }
+}
+
+/// Fill the last tile with points that are not there.
+template <class F> inline void pad(const Neighbourhood<F> &points)
+{
+    for (size_t i = points.n_hits + points.n_free; i < kTile * points.n_tiles(); ++i) {
+        points.x_m[i] = points.y_m[i] = lane::splat<F>(0.0f);
+        points.noise[i] = lane::splat<F>(kAbsentNoise);
+    }
+}
+
+/// Block row i of K + N: covariances of four points with all before and each other.
+template <gpom_kernel_t K, class F>
+inline void covariance_block_row(const KernelConstants constants, const Feature<F> *features,
+                                 const F *noise, size_t i, F *panel)
+{
+    for (size_t r = 0; r < kTile; ++r) {
+        const Feature<F> own = features[kTile * i + r];
+        const size_t diagonal = kTile * i + r;
+        for (size_t p = 0; p < diagonal; ++p) {
+            panel[kTile * p + r] = covariance<K>(constants, own, features[p]);
+        }
+        panel[kTile * diagonal + r] = variance<K>(constants, own) + noise[diagonal];
     }
 }
 
@@ -57,22 +86,23 @@ inline Moments<F> predict(const KernelConstants &constants, const Neighbourhood<
     F mean = lane::splat<F>(0.0f);
     F explained = lane::splat<F>(0.0f);
     work.factor.bad = lane::splat<F>(0.0f);
-    const size_t n = points.n_hits + points.n_free;
-    for (size_t i = 0; i < n; ++i) {
-        const Feature<F> here =
-            feature<K>(constants, F(points.x_m[i] + frame_x_m), F(points.y_m[i] + frame_y_m));
-        work.features[i] = here;
-        F *const row = work.factor.l + tri(i);
-        for (size_t j = 0; j < i; ++j) {
-            row[j] = covariance<K>(constants, here, work.features[j]);
+    pad(points);
+    for (size_t i = 0; i < points.n_tiles(); ++i) {
+        for (size_t j = kTile * i; j < kTile * (i + 1); ++j) {
+            work.features[j] =
+                feature<K>(constants, F(points.x_m[j] + frame_x_m), F(points.y_m[j] + frame_y_m));
+            work.v[j] = covariance<K>(constants, query, work.features[j]);
+            work.u[j] = lane::splat<F>(j < points.n_hits ? 1.0f : -1.0f);
         }
-        row[i] = variance<K>(constants, here) + points.noise[i];
-        factor_row(work.factor, i);
-        const F label = lane::splat<F>(i < points.n_hits ? 1.0f : -1.0f);
-        work.v[i] = forward(work.factor, i, covariance<K>(constants, query, here), work.v);
-        work.u[i] = forward(work.factor, i, label, work.u);
-        mean = lane::fma(work.v[i], work.u[i], mean);
-        explained = lane::fma(work.v[i], work.v[i], explained);
+        covariance_block_row<K>(constants, work.features, points.noise, i,
+                                work.factor.l + panel_at(i));
+        factor_block_row(work.factor, i);
+        forward_block(work.factor, i, work.v);
+        forward_block(work.factor, i, work.u);
+        for (size_t j = kTile * i; j < kTile * (i + 1); ++j) {
+            mean = lane::fma(work.v[j], work.u[j], mean);
+            explained = lane::fma(work.v[j], work.v[j], explained);
+        }
     }
     const F prior = variance<K>(constants, query);
     const F zero = lane::splat<F>(0.0f);

@@ -202,7 +202,7 @@ uint64_t lowres_step(gpom_map &map, const gpom_scratch_t &scratch, uint64_t budg
     const gpom_params_t &params = map.config.params;
     const uint64_t cell_ops = GPOM_LOWRES_CELL_OPS(params.n_hits + params.n_free);
     const uint64_t group_ops = GPOM_LOWRES_GROUP_OPS(params.n_hits + params.n_free);
-    PointGroup &points = *carve_group(params, scratch.mem);
+    PointGroup &points = *carve_group(scratch.mem);
     uint64_t used = 0;
     while (budget - used >= group_ops) {
         Work work = {map.lowres, points, {}};

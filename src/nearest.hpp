@@ -15,6 +15,13 @@ namespace gpom
 constexpr float kNoDistance2 = 1e29f;
 constexpr int32_t kNoId = INT32_MAX;
 
+/// Vectors from the queries to a point.
+template <class F> struct Offset {
+    F x_m, y_m;
+
+    F distance2() const { return lane::fma(x_m, x_m, F(y_m * y_m)); }
+};
+
 /// The best k so far of each lane, ascending. Arrays of k lanes in scratch memory.
 template <class F> struct NearestK {
     using I = lane::IntOf<F>;
@@ -32,20 +39,41 @@ template <class F> struct NearestK {
         }
     }
 
-    /// Insert an item where it ranks, from the back: entries behind it move up, the last is gone.
+    /// Insert an item where it ranks: entries behind it move up, the last is gone.
     void offer(F item_d2, int32_t item_id, int32_t item_slot)
     {
-        const I new_id = lane::splat_int<I>(item_id);
-        const I new_slot = lane::splat_int<I>(item_slot);
+        if constexpr (lane::width<F> == 1) {
+            offer_scalar(item_d2, item_id, item_slot);
+        } else {
+            offer_lanes(item_d2, lane::splat_int<I>(item_id), lane::splat_int<I>(item_slot));
+        }
+    }
+
+    void offer_scalar(float item_d2, int32_t item_id, int32_t item_slot)
+    {
+        if (!ranks_before(item_d2, item_id, k - 1)) {
+            return;
+        }
+        size_t j = k - 1;
+        for (; j > 0 && ranks_before(item_d2, item_id, j - 1); --j) {
+            d2[j] = d2[j - 1];
+            id[j] = id[j - 1];
+            slot[j] = slot[j - 1];
+        }
+        d2[j] = item_d2;
+        id[j] = item_id;
+        slot[j] = item_slot;
+    }
+
+    /// Each lane where it ranks there, over all k: with many lanes one always has far to go.
+    void offer_lanes(F item_d2, I new_id, I new_slot)
+    {
         auto beats = ranks_before(item_d2, new_id, k - 1);
         for (uint32_t j = k - 1; j > 0; --j) {
             const auto beats_next = ranks_before(item_d2, new_id, j - 1);
             d2[j] = lane::select(beats_next, d2[j - 1], lane::select(beats, item_d2, d2[j]));
             id[j] = lane::select(beats_next, id[j - 1], lane::select(beats, new_id, id[j]));
             slot[j] = lane::select(beats_next, slot[j - 1], lane::select(beats, new_slot, slot[j]));
-            if (!lane::any(beats_next)) {
-                return;
-            }
             beats = beats_next;
         }
         d2[0] = lane::select(beats, item_d2, d2[0]);
@@ -53,19 +81,16 @@ template <class F> struct NearestK {
         slot[0] = lane::select(beats, new_slot, slot[0]);
     }
 
-    auto ranks_before(F item_d2, I item_id, uint32_t j) const
+    auto ranks_before(F item_d2, I item_id, size_t j) const
     {
-        return (item_d2 < d2[j]) | ((item_d2 == d2[j]) & (item_id < id[j]));
+        if constexpr (lane::width<F> == 1) {
+            return item_d2 < d2[j] || (item_d2 == d2[j] && item_id < id[j]);
+        } else {
+            return (item_d2 < d2[j]) | ((item_d2 == d2[j]) & (item_id < id[j]));
+        }
     }
 
     F worst() const { return d2[k - 1]; }
-};
-
-/// Vectors from the queries to a point.
-template <class F> struct Offset {
-    F x_m, y_m;
-
-    F distance2() const { return lane::fma(x_m, x_m, F(y_m * y_m)); }
 };
 
 /// The same segment, or each lane's own.
@@ -142,7 +167,7 @@ struct Listed {
 /// Offer one part of a beam if a lane wants it, a query may see it, and its id is in range: a slot
 /// may have got another beam since it was listed.
 template <class F, class Part>
-inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
+inline void offer_beam(NearestK<F> nearest, const Offset<F> &at, const Part &part,
                        const Listed &listed)
 {
     const Beam &beam = listed.beams[listed.slot];
@@ -152,39 +177,59 @@ inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &pa
     }
 }
 
+/// Offer the beams of a leaf.
+template <class F, class Part>
+inline void offer_leaf(NearestK<F> nearest, const Offset<F> &at, const Part &part,
+                       const KdTree &tree, const Subtree &leaf)
+{
+    const Stretch slots = slots_of(tree, leaf);
+    for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
+        offer_beam(nearest, at, part, {tree.beams, tree.slots[i], {0, tree.id_end}});
+    }
+}
+
+/// A part of a tree and whether a lane may find something in it.
+template <class F> struct Prospect {
+    Subtree subtree;
+    F d2; ///< To its box.
+};
+
+template <class F>
+inline Prospect<F> prospect(const KdTree &tree, const Offset<F> &at, const Subtree &t)
+{
+    return {t, box_distance2(tree.boxes[t.node], at.x_m, at.y_m)};
+}
+
 /// Offer the beams of a tree: one walk for all lanes, the child nearer to the packet's first query
 /// first, skipping boxes that no lane needs. At most every node and leaf is visited once.
 ///
 /// at     the queries, relative to the map's origin.
 /// stack  kDepthMax entries.
 template <class F, class Part>
-void search_tree(NearestK<F> &nearest, const Offset<F> &at, const Part &part, const KdTree &tree,
-                 Subtree *stack)
+void search_tree(NearestK<F> nearest, Offset<F> at, Part part, KdTree tree, Subtree *stack)
 {
-    const float x_m = lane::get(at.x_m, 0);
-    const float y_m = lane::get(at.y_m, 0);
     uint32_t depth = 0;
     if (tree.n_items > 0) {
         stack[depth++] = {0, 0, leaf_count(tree.n_items)};
     }
     while (depth > 0) {
-        const Subtree t = stack[--depth];
-        if (!lane::any(box_distance2(tree.boxes[t.node], at.x_m, at.y_m) <= nearest.worst())) {
-            continue;
-        }
-        if (t.n_leaves == 1) {
-            const Stretch slots = slots_of(tree, t);
-            for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
-                offer_beam(nearest, at, part, {tree.beams, tree.slots[i], {0, tree.id_end}});
+        Prospect<F> here = prospect(tree, at, stack[--depth]);
+        while (lane::any(here.d2 <= nearest.worst()) && here.subtree.n_leaves > 1) {
+            Prospect<F> near = prospect(tree, at, left_of(here.subtree));
+            Prospect<F> far = prospect(tree, at, right_of(here.subtree));
+            if (lane::get(far.d2, 0) < lane::get(near.d2, 0)) {
+                const Prospect<F> left = near;
+                near = far;
+                far = left;
             }
-            continue;
+            if (lane::any(far.d2 <= nearest.worst())) {
+                stack[depth++] = far.subtree;
+            }
+            here = near;
         }
-        const Subtree left = left_of(t);
-        const Subtree right = right_of(t);
-        const bool left_first = box_distance2(tree.boxes[left.node], x_m, y_m) <=
-                                box_distance2(tree.boxes[right.node], x_m, y_m);
-        stack[depth++] = left_first ? right : left;
-        stack[depth++] = left_first ? left : right;
+        if (lane::any(here.d2 <= nearest.worst())) {
+            offer_leaf(nearest, at, part, tree, here.subtree);
+        }
     }
 }
 

@@ -300,7 +300,7 @@ gpom_status_t gpom_path_query(const gpom_map_t *map, const gpom_path_t *path,
     if (scratch->mem == nullptr || scratch->mem_bytes < gpom_scratch_bytes(map)) {
         return GPOM_ERR_MEM;
     }
-    gpom::PointGroup &group = *gpom::carve_group(map->config.params, scratch->mem);
+    gpom::PointGroup &group = *gpom::carve_group(scratch->mem);
     gpom::Walk ahead = gpom::walk_along(*path);
     gpom::Walk behind = ahead; // gives the samples again once their answers are known
     *result = gpom_path_result_t{};

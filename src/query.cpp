@@ -1,122 +1,47 @@
 #include "gpom/query.h"
 
-#include "src/classify.hpp"
-#include "src/neighbours.hpp"
+#include "src/hot_path.hpp"
+#include "src/map.hpp"
 
 #include <float.h>
 
+#if GPOM_DISPATCH
+namespace gpom_avx2
+{
+gpom_hot_path hot_path_here();
+}
+namespace gpom_avx512
+{
+gpom_hot_path hot_path_here();
+}
+#endif
+
 namespace gpom
 {
+
+/// The widest that the processor has; asked each time, as the library keeps no state.
+gpom_hot_path hot_path()
+{
+#if GPOM_DISPATCH
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+        __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq")) {
+        return gpom_avx512::hot_path_here();
+    }
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+        return gpom_avx2::hot_path_here();
+    }
+#endif
+    return hot_path_here();
+}
+
+gpom_status_t check_scratch(const gpom_map &map, const gpom_scratch_t &scratch)
+{
+    const size_t needed = hot_path().scratch_bytes(map.config.params);
+    return scratch.mem == nullptr || scratch.mem_bytes < needed ? GPOM_ERR_MEM : GPOM_OK;
+}
+
 namespace
 {
-
-gpom_answer_t prior_answer(const gpom_map &map, unsigned flag)
-{
-    gpom_answer_t answer = {};
-    answer.variance = map.prior_variance;
-    answer.probability = map.prior_probability;
-    answer.cls = static_cast<uint8_t>(class_of(map.config.params, answer.probability));
-    answer.flags = static_cast<uint8_t>(flag);
-    return answer;
-}
-
-/// What eq. 7 needs of each lane, and its result.
-struct Answers {
-    Moments<F> moments;
-    F probability, n_hits, n_free;
-};
-
-gpom_answer_t answer_of(const gpom_map &map, const Packet &packet, const Answers &answers, int i)
-{
-    if (lane::get(packet.out_of_reach, i) != 0) {
-        return prior_answer(map, GPOM_ANSWER_OUT_OF_REACH);
-    }
-    gpom_answer_t answer = {};
-    answer.mean = lane::get(answers.moments.mean, i);
-    answer.variance = lane::get(answers.moments.variance, i);
-    answer.probability = lane::get(answers.probability, i);
-    if (lane::get(answers.moments.bad, i) > 0.0f) {
-        answer.probability = map.prior_probability;
-        answer.flags = GPOM_ANSWER_PIVOT;
-    }
-    answer.cls = static_cast<uint8_t>(class_of(map.config.params, answer.probability));
-    answer.n_hits = static_cast<uint8_t>(lane::get(answers.n_hits, i));
-    answer.n_free = static_cast<uint8_t>(lane::get(answers.n_free, i));
-    return answer;
-}
-
-/// Answer one packet. Returns the flags of its answers, or-ed.
-template <gpom_kernel_t K>
-unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answers)
-{
-    const Packet &packet = *work.packet;
-    const gpom_params_t &params = map.config.params;
-    Evidence<F> evidence = {};
-    evidence.offset = find_neighbours(map, work);
-    const bool in_map_frame = params.frame == GPOM_FRAME_MAP;
-    const F zero = lane::splat<F>(0.0f);
-    evidence.moments =
-        predict<K>(map.kernel, work.points, work.gp, in_map_frame ? packet.at.x_m : zero,
-                   in_map_frame ? packet.at.y_m : zero);
-    if (params.fade_m > 0.0f) {
-        const F nearest2_m2 = lane::min(work.hits.d2[0], work.free.d2[0]);
-        evidence = faded(params, map.prior_variance, nearest2_m2, evidence);
-    }
-    Answers lanes = {};
-    lanes.moments = evidence.moments;
-    lanes.probability = squash(params, lanes.moments.mean, lanes.moments.variance, evidence.offset);
-    lanes.n_hits = count_found(work.hits, work.points.n_hits);
-    lanes.n_free = count_found(work.free, work.points.n_free);
-    unsigned flags = 0;
-    for (int i = 0; i < packet.n; ++i) {
-        const gpom_answer_t answer = answer_of(map, packet, lanes, i);
-        answers[packet.i_answer[i]] = answer;
-        flags |= answer.flags;
-    }
-    return flags;
-}
-
-using AnswerPacket = unsigned (*)(const gpom_map &, Workspace &, gpom_answer_t *);
-
-AnswerPacket answer_packet_for(int32_t kernel)
-{
-    switch (kernel) {
-    case GPOM_KERNEL_NN:
-        return answer_packet<GPOM_KERNEL_NN>;
-    case GPOM_KERNEL_MATERN12:
-        return answer_packet<GPOM_KERNEL_MATERN12>;
-    case GPOM_KERNEL_MATERN32:
-        return answer_packet<GPOM_KERNEL_MATERN32>;
-    case GPOM_KERNEL_SE:
-        return answer_packet<GPOM_KERNEL_SE>;
-    default:
-        return answer_packet<GPOM_KERNEL_ASKEY>;
-    }
-}
-
-void clear(Packet &packet)
-{
-    packet.at = {lane::splat<F>(0.0f), lane::splat<F>(0.0f)};
-    packet.out_of_reach = lane::splat_int<I>(0);
-    packet.n = 0;
-}
-
-/// Add a query; the first also fills the lanes that may stay unused.
-void add(Packet &packet, const gpom_map &map, const gpom_point_t &point, size_t i_answer)
-{
-    const double dx_m = point.x_m - map.config.origin_x_m;
-    const double dy_m = point.y_m - map.config.origin_y_m;
-    const bool in_reach = dx_m * dx_m + dy_m * dy_m <= GPOM_REACH_M * GPOM_REACH_M;
-    const float x_m = in_reach ? static_cast<float>(dx_m) : 0.0f;
-    const float y_m = in_reach ? static_cast<float>(dy_m) : 0.0f;
-    if (packet.n == 0) {
-        packet.at = {lane::splat<F>(x_m), lane::splat<F>(y_m)};
-    }
-    lane::set(packet.at.x_m, packet.n, x_m);
-    lane::set(packet.at.y_m, packet.n, y_m);
-    lane::set(packet.out_of_reach, packet.n, static_cast<int32_t>(in_reach ? 0 : 1));
-    packet.i_answer[packet.n++] = i_answer;
-}
 
 gpom_status_t status_of(unsigned flags)
 {
@@ -132,31 +57,14 @@ bool is_raster(const gpom_raster_t &raster)
            raster.ny <= GPOM_RASTER_SIDE_MAX;
 }
 
-/// Cells of a raster that one packet covers: near each other, so that they share their search.
-constexpr uint32_t kBlockY = kLanes >= 16 ? 4 : kLanes >= 4 ? 2 : 1;
-constexpr uint32_t kBlockX = static_cast<uint32_t>(kLanes) / kBlockY;
-
-/// The block of cells whose lower left one is (ix0, iy0), clipped to the raster.
-void add_block(Packet &packet, const gpom_map &map, const gpom_raster_t &raster, uint32_t ix0,
-               uint32_t iy0)
-{
-    for (uint32_t iy = iy0; iy < raster.ny && iy - iy0 < kBlockY; ++iy) {
-        for (uint32_t ix = ix0; ix < raster.nx && ix - ix0 < kBlockX; ++ix) {
-            const gpom_point_t centre = {raster.x0_m + (ix + 0.5) * raster.cell_m,
-                                         raster.y0_m + (iy + 0.5) * raster.cell_m};
-            add(packet, map, centre, static_cast<size_t>(iy) * raster.nx + ix);
-        }
-    }
-}
-
 } // namespace
 } // namespace gpom
 
-uint32_t gpom_lanes(void) { return static_cast<uint32_t>(gpom::kLanes); }
+uint32_t gpom_lanes(void) { return gpom::hot_path().lanes; }
 
 size_t gpom_scratch_bytes(const gpom_map_t *map)
 {
-    return gpom::is_map(map) ? gpom::scratch_bytes_of(map->config.params) : 0;
+    return gpom::is_map(map) ? gpom::hot_path().scratch_bytes(map->config.params) : 0;
 }
 
 gpom_status_t gpom_query_points(const gpom_map_t *map, const gpom_point_t *points, size_t n_points,
@@ -172,18 +80,8 @@ gpom_status_t gpom_query_points(const gpom_map_t *map, const gpom_point_t *point
     if (status != GPOM_OK) {
         return status;
     }
-    gpom::Workspace work = gpom::carve_workspace(map->config.params, scratch->mem);
-    const gpom::AnswerPacket answer_packet = gpom::answer_packet_for(map->config.params.kernel);
-    unsigned flags = 0;
-    for (size_t i = 0; i < n_points;) {
-        gpom::clear(*work.packet);
-        while (i < n_points && work.packet->n < gpom::kLanes) {
-            gpom::add(*work.packet, *map, points[i], i);
-            ++i;
-        }
-        flags |= answer_packet(*map, work, answers);
-    }
-    return gpom::status_of(flags);
+    return gpom::status_of(
+        gpom::hot_path().answer_points(*map, {points, n_points}, answers, scratch->mem));
 }
 
 gpom_status_t gpom_query_raster(const gpom_map_t *map, const gpom_raster_t *raster,
@@ -199,15 +97,5 @@ gpom_status_t gpom_query_raster(const gpom_map_t *map, const gpom_raster_t *rast
     if (status != GPOM_OK) {
         return status;
     }
-    gpom::Workspace work = gpom::carve_workspace(map->config.params, scratch->mem);
-    const gpom::AnswerPacket answer_packet = gpom::answer_packet_for(map->config.params.kernel);
-    unsigned flags = 0;
-    for (uint32_t iy = 0; iy < raster->ny; iy += gpom::kBlockY) {
-        for (uint32_t ix = 0; ix < raster->nx; ix += gpom::kBlockX) {
-            gpom::clear(*work.packet);
-            gpom::add_block(*work.packet, *map, *raster, ix, iy);
-            flags |= answer_packet(*map, work, answers);
-        }
-    }
-    return gpom::status_of(flags);
+    return gpom::status_of(gpom::hot_path().answer_raster(*map, *raster, answers, scratch->mem));
 }

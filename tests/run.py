@@ -3,10 +3,10 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools tsan endian firmware fuzz
-lint; `base` is the first eight, `extra` the rest. Called by make, which builds what they need
-first. A failure is printed with its output, a skip with its reason. Exit code 1 if anything failed
-or nothing passed.
+Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools tsan endian firmware
+instructions fuzz lint; `base` is the first eight, `extra` the rest. Called by make, which builds
+what they need first. A failure is printed with its output, a skip with its reason. Exit code 1 if
+anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
 program (valgrind, say; not before the one with sanitizers, which would not bear it). FUZZ_RUNS is
 the number of inputs each fuzzer tries, from its fixed seed; FUZZ_SECONDS, if given, makes it run so
@@ -28,7 +28,7 @@ RESULTS = "build/test-results"
 SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
 BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools"]
-EXTRA = ["tsan", "endian", "firmware", "fuzz", "lint"]
+EXTRA = ["tsan", "endian", "firmware", "instructions", "fuzz", "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
@@ -221,6 +221,11 @@ def run_fuzz(results):
             results.fail(f"fuzz: {name}", f"exit code {code}\n{output[-4000:]}")
 
 
+def run_instructions(results):
+    run_check(results, "instructions: no query costs 3 % more than recorded",
+              ["tests/instructions.py"], show=True)
+
+
 def run_lint(results):
     for what in "format", "rules", "tidy":
         run_check(results, f"lint: {what}", ["tools/lint.py", what])
@@ -242,6 +247,7 @@ SUITES = {
     "tsan": run_tsan,
     "endian": run_endian,
     "firmware": run_firmware,
+    "instructions": run_instructions,
     "fuzz": run_fuzz,
     "lint": run_lint,
 }

@@ -17,7 +17,7 @@ import sys
 
 MEMORY = {"memcpy", "memmove", "memset", "memcmp"}
 LIBM = {"sqrt", "sqrtf", "fmaf"}
-COMPILER = {"_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail"}
+COMPILER = {"_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail", "__cpu_model", "__cpu_features2"}
 ARM_INTEGER = {"__aeabi_" + name for name in
                ("idiv uidiv idivmod uidivmod ldivmod uldivmod lmul llsl llsr lasr "
                 "l2f ul2f f2lz f2ulz l2d ul2d d2lz d2ulz").split()}

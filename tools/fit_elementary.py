@@ -1,4 +1,4 @@
-"""Fit the float32 elementary functions of the core: asin, exp, the normal distribution, sin, cos.
+"""Fit the float32 elementary functions of the core: asin, exp, 2^x, normal distribution, sin, cos.
 
 Run by hand (needs numpy and mpmath); the coefficients it prints are copied into the core:
 
@@ -91,6 +91,12 @@ def exp32(c, x, fused):
     return np.ldexp(tail + F(1), n.astype(np.int32))
 
 
+def exp2_32(c, x, fused):
+    """2^x = 2^n p(f), f = x - n exactly, for x in [-100, 0]."""
+    n = np.rint(x)
+    return np.ldexp(horner(c, x - n, fused), n.astype(np.int32))
+
+
 def upper_tail32(scale, c, exp_c, z, fused):
     """Q(z) = 1 - Phi(z) for z >= 0: exp(-z^2/2) t P(t), t = 1 / (1 + scale z)."""
     t = F(1) / multiply_add(z, scale, F(1), fused)
@@ -121,6 +127,11 @@ def fit_exp(degree):
     f = nodes(-0.5 * math.log(2) * 1.001, 0.5 * math.log(2) * 1.001, 1500)
     q = reference(lambda v: (mpmath.expm1(v) - v) / v**2, f)
     return fit(f, q, f**2 / np.exp(f), degree)
+
+
+def fit_exp2(degree):
+    f = nodes(-0.5001, 0.5001)
+    return fit(f, np.exp2(f), np.exp2(-f), degree, fixed=[1.0])
 
 
 def fit_upper_tail(degree, z_max=14.0):
@@ -204,6 +215,17 @@ def report_exp(lines, degree):
     return c
 
 
+def report_exp2(lines, degree):
+    c, exact = fit_exp2(degree)
+    x = np.linspace(-100.0, 0.0, 4_000_001).astype(F)
+    worst = [ulps(exp2_32(c, x, fused), np.exp2(x.astype(np.float64))).max()
+             for fused in (False, True)]
+    lines += ["", f"(e) 2^x = 2^n p(f), p of degree {degree}, p(0) = 1; n = rint(x), f = x - n",
+              literals("exp2_p", c),
+              f"    relative error {exact:.3g} in exact arithmetic; worst over [-100, 0]: "
+              f"plain {worst[0]:.2f} ulp, fused {worst[1]:.2f} ulp"]
+
+
 def report_upper_tail(lines, degree, exp_c):
     scale, c, exact = fit_upper_tail(degree)
     z = np.linspace(0.0, 13.0, 520_001).astype(F)
@@ -254,6 +276,8 @@ def main():
     for degree in (5, 6, 7):
         report_upper_tail(lines, degree, exp_c)
     report_sin_cos(lines)
+    report_exp2(lines, 5)
+    report_exp2(lines, 6)
     text = "\n".join(lines) + "\n"
     print(text, end="")
     if len(sys.argv) > 1:

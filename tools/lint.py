@@ -16,7 +16,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-FOLDERS = ["include", "src", "ports", "tests", "tools", "lcmtypes", ".ci"]
+FOLDERS = ["include", "src", "ports", "tests", "tools", "bench", "lcmtypes", ".ci"]
 C_KINDS = (".c", ".h", ".cpp", ".hpp")
 FILE_LINES_MAX = 600
 FUNCTION_LINES_MAX = 70
@@ -193,7 +193,7 @@ def check_rules():
 
 
 def check_format(*options):
-    files = c_files("include", "src", "ports", "tests", "tools")
+    files = c_files("include", "src", "ports", "tests", "tools", "bench")
     command = ["clang-format", *(options or ("--dry-run", "-Werror")), *files]
     return not files or subprocess.run(command, check=False).returncode == 0
 

@@ -18,11 +18,13 @@ import sys
 LEAF_BYTES = 64
 LEAVES = re.compile(r"mem(cpy|move|set|cmp)|sqrtf?|fmaf|__aeabi_\w+")
 
-# Calls through constant tables: the function that calls, and all it can reach that way.
+# Calls through constant tables: patterns of the function that calls and of those it can reach.
 INDIRECT = {
-    "gpom_params_check": r"\d+problem_of_\w+",
-    "gpom_query_points": r"\d+answer_packetI",
-    "gpom_query_raster": r"\d+answer_packetI",
+    r"^gpom_params_check$": r"\d+problem_of_\w+",
+    r"^gpom_query_points$": r"\d+answer_pointsE",
+    r"^gpom_query_raster$": r"\d+answer_rasterE",
+    r"^gpom_scratch_bytes$|\d+check_scratchE": r"\d+scratch_bytes_forE",
+    r"\d+answer_(points|raster)E": r"\d+answer_packetI",
 }
 INDIRECT_NODE = "__indirect_call"
 
@@ -58,9 +60,10 @@ class CallGraph:
         direct = self.calls.get(name, set())
         if INDIRECT_NODE not in direct:
             return sorted(direct), set()
-        if name not in INDIRECT:
+        reach = [INDIRECT[caller] for caller in INDIRECT if re.search(caller, name)]
+        if not reach:
             return sorted(direct - {INDIRECT_NODE}), {f"an indirect call, in {name}"}
-        targets = {known for known in self.frames if re.search(INDIRECT[name], known)}
+        targets = {known for known in self.frames if re.search(reach[0], known)}
         faults = set() if targets else {f"no target for the indirect call in {name}"}
         return sorted(direct - {INDIRECT_NODE} | targets), faults
 

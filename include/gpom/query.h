@@ -1,8 +1,8 @@
 /** \file query.h
  *  Ask the map: at any point, at any resolution, how likely is it occupied and how sure is that?
  *
- *  A point's answer depends on the map and the point alone: within one build it is the same to the
- *  last bit in any list, raster, order or thread.
+ *  A point's answer depends on the map and the point alone: within one build and instruction set
+ *  it is the same to the last bit in any list, raster, order or thread.
  *
  *  Cost of one point: at most 4 B / 8 box and B segment and B hit distances for B beams (in
  *  practice about 100 + 20 log2 B of each), then n^2 / 2 covariances and n^3 / 6 + n^2
@@ -67,11 +67,16 @@ typedef struct {
 /** Bytes of scratch for n_points = n_hits + n_free neighbours and a library of `lanes` lanes
  *  (gpom_lanes(); GPOM_LANES_MAX fits every build): a constant expression for a static array. */
 #define GPOM_SCRATCH_BYTES(n_points, lanes)                                                        \
-    ((size_t)1024 + (size_t)4 * (size_t)(lanes) *                                                  \
-                        ((size_t)(n_points) * ((size_t)(n_points) + 1) / 2 +                       \
-                         (size_t)16 * (size_t)(n_points) + (size_t)8))
+    ((size_t)1024 +                                                                                \
+     (size_t)4 * (size_t)(lanes) *                                                                 \
+         (GPOM_WHOLE_TILES(n_points) * (GPOM_WHOLE_TILES(n_points) + (size_t)34) / (size_t)2 +     \
+          (size_t)8))
 
-/** Queries that this build of the library computes side by side: 1, 4, 8 or 16. */
+/** The covariance matrix is factored in tiles of 4 x 4: n_points rounded up to a multiple. */
+#define GPOM_WHOLE_TILES(n_points) (((size_t)(n_points) + (size_t)3) / (size_t)4 * (size_t)4)
+
+/** Queries that the library computes side by side: 1, 4, 8 or 16, fixed by the build or, on x86-64,
+ *  chosen from what the processor has. */
 GPOM_API uint32_t gpom_lanes(void);
 
 /** Exact bytes of scratch a query on `map` needs; 0 for NULL. */

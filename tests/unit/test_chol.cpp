@@ -10,44 +10,51 @@ namespace
 
 constexpr std::size_t kNMax = 64;
 
-/// A factor of up to kNMax rows with its arrays, W matrices at once.
+/// A factor of n rows, and of the identity where its last tile has more, W matrices at once.
 template <int W> struct LaneFactor {
     using F = Lanes<W>;
-    std::vector<F> l, inv_diagonal;
+    std::size_t n;
+    std::vector<F> l;
     gpom::Factor<F> factor;
 
-    explicit LaneFactor(std::size_t n)
-        : l(gpom::tri(n)), inv_diagonal(n), factor{l.data(), inv_diagonal.data(), F{}}
+    explicit LaneFactor(std::size_t n_rows)
+        : n(n_rows), l(gpom::panel_at(gpom::tile_count(n_rows))), factor{l.data(), F{}}
     {
+        for (std::size_t i = n; i < gpom::kTile * gpom::tile_count(n); ++i) {
+            at(i, i) = gpom::lane::splat<F>(1.0f);
+        }
+    }
+
+    F &at(std::size_t row, std::size_t column)
+    {
+        return l[gpom::panel_at(row / gpom::kTile) + gpom::kTile * column + row % gpom::kTile];
     }
 
     void load(int lane, const Eigen::MatrixXf &A)
     {
-        for (Eigen::Index i = 0; i < A.rows(); ++i) {
-            for (Eigen::Index j = 0; j <= i; ++j) {
-                gpom::lane::set(
-                    l[gpom::tri(static_cast<std::size_t>(i)) + static_cast<std::size_t>(j)], lane,
-                    A(i, j));
+        for (std::size_t i = 0; i < n; ++i) {
+            for (std::size_t j = 0; j <= i; ++j) {
+                gpom::lane::set(at(i, j), lane,
+                                A(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
             }
         }
     }
 
     void run()
     {
-        for (std::size_t i = 0; i < inv_diagonal.size(); ++i) {
-            gpom::factor_row(factor, i);
+        for (std::size_t i = 0; i < gpom::tile_count(n); ++i) {
+            gpom::factor_block_row(factor, i);
         }
     }
 
-    /// All numbers of one lane that a good factor defines.
-    std::vector<float> lane_bits(int lane) const
+    /// All numbers of one lane that a good factor defines; of each row the diagonal comes last.
+    std::vector<float> lane_bits(int lane)
     {
         std::vector<float> bits;
-        for (std::size_t i = 0; i < inv_diagonal.size(); ++i) {
-            for (std::size_t j = 0; j < i; ++j) {
-                bits.push_back(gpom::lane::get(l[gpom::tri(i) + j], lane));
+        for (std::size_t i = 0; i < n; ++i) {
+            for (std::size_t j = 0; j <= i; ++j) {
+                bits.push_back(gpom::lane::get(at(i, j), lane));
             }
-            bits.push_back(gpom::lane::get(inv_diagonal[i], lane));
         }
         return bits;
     }
@@ -101,7 +108,7 @@ template <int W> void check_forward(std::size_t n)
     LaneFactor<W> lanes(n);
     const Eigen::MatrixXf A = random_matrix(random, static_cast<Eigen::Index>(n));
     Eigen::VectorXd b(n);
-    std::vector<F> z(n);
+    std::vector<F> z(gpom::kTile * gpom::tile_count(n));
     for (int i = 0; i < W; ++i) {
         lanes.load(i, A);
     }
@@ -109,7 +116,10 @@ template <int W> void check_forward(std::size_t n)
     for (std::size_t i = 0; i < n; ++i) {
         const float b_i = random.uniform_f(-1.0, 1.0);
         b(static_cast<Eigen::Index>(i)) = b_i;
-        z[i] = gpom::forward(lanes.factor, i, gpom::lane::splat<F>(b_i), z.data());
+        z[i] = gpom::lane::splat<F>(b_i);
+    }
+    for (std::size_t i = 0; i < gpom::tile_count(n); ++i) {
+        gpom::forward_block(lanes.factor, i, z.data());
     }
     const Eigen::VectorXd truth = A.cast<double>().llt().matrixL().solve(b);
     for (std::size_t i = 0; i < n; ++i) {
@@ -138,11 +148,10 @@ template <int W> void check_bad_pivot(float bad, Eigen::Index row, int bad_lane)
         CHECK(gpom::lane::get(spoilt.factor.bad, i) == (is_bad ? 1.0f : 0.0f));
         const std::vector<float> bits = spoilt.lane_bits(i);
         if (is_bad) {
-            const std::size_t n_valid = gpom::tri(static_cast<std::size_t>(row));
-            CHECK(std::equal(bits.begin(), bits.begin() + static_cast<std::ptrdiff_t>(n_valid),
-                             clean.lane_bits(i).begin()));
-            CHECK(std::isfinite(
-                gpom::lane::get(spoilt.inv_diagonal[static_cast<std::size_t>(row)], i)));
+            const auto n_above = static_cast<std::ptrdiff_t>(row * (row + 1) / 2);
+            const std::vector<float> clean_bits = clean.lane_bits(i);
+            CHECK(std::equal(bits.begin(), bits.begin() + n_above, clean_bits.begin()));
+            CHECK(std::isfinite(bits[static_cast<std::size_t>(n_above + row)]));
         } else {
             CHECK(same_bits(bits, clean.lane_bits(i)));
         }
@@ -152,7 +161,7 @@ template <int W> void check_bad_pivot(float bad, Eigen::Index row, int bad_lane)
 } // namespace
 
 // The factor of any size up to the most points is Eigen's, in each lane its own.
-TEST_CASE("factor_row gives Eigen's factor")
+TEST_CASE("factor_block_row gives Eigen's factor")
 {
     GPOM_TELL_SEED();
     for (const Eigen::Index n : {1, 2, 3, 7, 16, 33, 64}) {
@@ -211,12 +220,12 @@ TEST_CASE("two equal rows without noise are a bad pivot")
     }
 }
 
-// Places in the packed triangle are dense: row i starts behind the i (i + 1) / 2 before it.
-TEST_CASE("tri counts the elements of the rows above")
+// Block rows are dense: each starts behind the 4 x 4, 4 x 8, 4 x 12 ... elements before it.
+TEST_CASE("panel_at counts the elements of the block rows above")
 {
     std::size_t n = 0;
-    for (std::size_t i = 0; i <= kNMax; ++i) {
-        CHECK(gpom::tri(i) == n);
-        n += i + 1;
+    for (std::size_t i = 0; i <= gpom::tile_count(kNMax); ++i) {
+        CHECK(gpom::panel_at(i) == n);
+        n += gpom::kTile * gpom::kTile * (i + 1);
     }
 }

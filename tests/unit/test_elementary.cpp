@@ -80,6 +80,7 @@ const std::vector<float> kOutside = {-1.5f, 1.5f,  -100.0f, 100.0f, -1e30f, 1e30
 
 auto asin_fn = [](auto q) { return gpom::asin_of_complement(q); };
 auto exp_fn = [](auto x) { return gpom::exp_nonpositive(x); };
+auto exp2_fn = [](auto x) { return gpom::exp2_nonpositive(x); };
 auto cdf_fn = [](auto x) { return gpom::normal_cdf(x); };
 auto log_fn = [](auto x) { return gpom::log_positive(x); };
 
@@ -152,6 +153,33 @@ TEST_CASE("exp_nonpositive is 0 below -87 and 1 at 0")
     CHECK(gpom::exp_nonpositive(-87.0f) > 0.0f);
 }
 
+// 2^x keeps its stated error in units of the last place from 0 down to -125.
+TEST_CASE("exp2_nonpositive is within 2.2 units in the last place of libm")
+{
+    double worst_ulp = 0.0;
+    for (const float x : even_range(-125.0, 0.0, 1000000)) {
+        const double exact = std::exp2(static_cast<double>(x));
+        const double ulp = std::ldexp(1.0, std::ilogb(exact) - 23);
+        worst_ulp = std::max(
+            worst_ulp, std::abs(static_cast<double>(gpom::exp2_nonpositive(x)) - exact) / ulp);
+    }
+    CHECK(worst_ulp <= 2.2);
+}
+
+// From -127 down the power is exactly 0, at minus infinity too; on the way there it stays small.
+TEST_CASE("exp2_nonpositive is 0 below -127 and 1 at 0")
+{
+    for (const float x : {-127.0f, -128.0f, -1e10f, -3.4e38f, -kInf}) {
+        CHECK(same_bits(gpom::exp2_nonpositive(x), 0.0f));
+    }
+    for (const float x : even_range(-127.0, -125.0, 1001)) {
+        const float power = gpom::exp2_nonpositive(x);
+        CHECK(std::abs(static_cast<double>(power) - std::exp2(static_cast<double>(x))) <= 0x1p-126);
+    }
+    CHECK(gpom::exp2_nonpositive(0.0f) == 1.0f);
+    CHECK(gpom::exp2_nonpositive(-0.0f) == 1.0f);
+}
+
 // Phi keeps its stated absolute error, infinities included, and never leaves [0, 1].
 TEST_CASE("normal_cdf is within 2.4e-7 of libm")
 {
@@ -203,6 +231,7 @@ TEST_CASE("a NaN does not become a number")
 {
     CHECK(std::isnan(gpom::asin_of_complement(kNan)));
     CHECK(std::isnan(gpom::exp_nonpositive(kNan)));
+    CHECK(std::isnan(gpom::exp2_nonpositive(kNan)));
     CHECK(std::isnan(gpom::normal_cdf(kNan)));
     const std::vector<float> nans(5, kNan);
     const std::vector<float> ps = on_lanes<4>(nans, cdf_fn);
@@ -216,9 +245,10 @@ TEST_CASE("elementary functions give the same bits at every lane width")
     xs.insert(xs.end(), kOutside.begin(), kOutside.end());
     check_widths(even_range(-0.1, 2.1, 5003), asin_fn);
     check_widths(xs, cdf_fn);
-    std::vector<float> negative = even_range(-90.0, 0.0, 5003);
+    std::vector<float> negative = even_range(-130.0, 0.0, 5003);
     negative.push_back(-kInf);
     check_widths(negative, exp_fn);
+    check_widths(negative, exp2_fn);
     check_widths(even_range(-15.0, 15.0, 5003), cdf_fn);
     check_widths(even_range(0.01, 40.0, 5003), log_fn);
 }

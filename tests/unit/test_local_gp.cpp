@@ -22,8 +22,10 @@ public:
     using F = Lanes<W>;
 
     explicit LaneGp(const std::vector<Case> &cases)
-        : n_hits_(cases[0].hits.size()), n_(n_hits_ + cases[0].free.size()), x_(n_), y_(n_),
-          noise_(n_), u_(n_), v_(n_), inv_diagonal_(n_), l_(gpom::tri(n_)), features_(n_)
+        : n_hits_(cases[0].hits.size()), n_(n_hits_ + cases[0].free.size()),
+          n_padded_(gpom::kTile * gpom::tile_count(n_)), x_(n_padded_), y_(n_padded_),
+          noise_(n_padded_), u_(n_padded_), v_(n_padded_), l_(gpom::panel_at(gpom::tile_count(n_))),
+          features_(n_padded_)
     {
         for (int i = 0; i < W; ++i) {
             const Case &c = cases[static_cast<std::size_t>(i) % cases.size()];
@@ -66,13 +68,12 @@ private:
     {
         const gpom::Neighbourhood<F> points = {x_.data(), y_.data(), noise_.data(), n_hits_,
                                                n_ - n_hits_};
-        gpom::GpWork<F> work = {
-            features_.data(), u_.data(), v_.data(), {l_.data(), inv_diagonal_.data(), F{}}};
+        gpom::GpWork<F> work = {features_.data(), u_.data(), v_.data(), {l_.data(), F{}}};
         return gpom::predict<K>(gpom::kernel_constants(p), points, work, frame_x_, frame_y_);
     }
 
-    std::size_t n_hits_, n_;
-    std::vector<F> x_, y_, noise_, u_, v_, inv_diagonal_, l_;
+    std::size_t n_hits_, n_, n_padded_;
+    std::vector<F> x_, y_, noise_, u_, v_, l_;
     std::vector<gpom::Feature<F>> features_;
     F frame_x_ = {}, frame_y_ = {};
 };

@@ -1,0 +1,96 @@
+// What a straightforward program would do: dynamic-size Eigen, libm, one query at a time.
+#ifndef GPOM_BENCH_PLAIN_GP_HPP
+#define GPOM_BENCH_PLAIN_GP_HPP
+
+#include "src/map.hpp"
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace gpom_bench
+{
+
+struct Neighbour {
+    float d2;
+    Eigen::Vector2f at; ///< Relative to the query.
+};
+
+template <class Part>
+Neighbour neighbour_of(const Part &part, const gpom::Beam &beam, const gpom::Offset<float> &at)
+{
+    const gpom::Offset<float> to = gpom::to_segment(at, gpom::splat<float>(part(beam)));
+    return {to.distance2(), {to.x_m, to.y_m}};
+}
+
+/// The k nearest of all beams, one by one.
+template <class Part>
+std::vector<Neighbour> nearest_by_force(const gpom::Index &index, const Part &part,
+                                        const gpom::Offset<float> &at, std::size_t k)
+{
+    std::vector<Neighbour> all;
+    for (std::uint32_t i = 0; i < index.n_slots; ++i) {
+        if (Part::is_seen(index.beams[i])) {
+            all.push_back(neighbour_of(part, index.beams[i], at));
+        }
+    }
+    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(std::min(k, all.size()));
+    std::partial_sort(all.begin(), middle, all.end(),
+                      [](const Neighbour &a, const Neighbour &b) { return a.d2 < b.d2; });
+    all.erase(middle, all.end());
+    return all;
+}
+
+/// The k nearest by the library's tree, for one query.
+template <class Part>
+std::vector<Neighbour> nearest_by_tree(const gpom::Index &index, const Part &part,
+                                       const gpom::Offset<float> &at, std::size_t k)
+{
+    std::vector<float> d2(k);
+    std::vector<std::int32_t> id(k), slot(k);
+    gpom::Subtree stack[gpom::kDepthMax];
+    gpom::NearestK<float> nearest = {d2.data(), id.data(), slot.data(),
+                                     static_cast<std::uint32_t>(k)};
+    nearest.clear();
+    gpom::search(nearest, at, index, part, stack);
+    std::vector<Neighbour> found;
+    for (const std::int32_t i : slot) {
+        if (i >= 0) {
+            found.push_back(neighbour_of(part, index.beams[i], at));
+        }
+    }
+    return found;
+}
+
+/// Probability by eqs. 1-3 and 7 with Matern-1/2 in the query's frame.
+inline float plain_probability(const gpom_params_t &params, const std::vector<Neighbour> &hits,
+                               const std::vector<Neighbour> &free)
+{
+    std::vector<Neighbour> points = hits;
+    points.insert(points.end(), free.begin(), free.end());
+    const auto n = static_cast<Eigen::Index>(points.size());
+    const auto n_hits = static_cast<Eigen::Index>(hits.size());
+    Eigen::MatrixXf K(n, n);
+    Eigen::VectorXf ks(n), y(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+        const Eigen::Vector2f &p = points[static_cast<std::size_t>(i)].at;
+        for (Eigen::Index j = 0; j < n; ++j) {
+            const float r_m = (p - points[static_cast<std::size_t>(j)].at).norm();
+            K(i, j) = params.sf2 * std::exp(-r_m / params.ell_m);
+        }
+        K(i, i) += i < n_hits ? params.sn2 : params.sn2_free;
+        ks(i) = params.sf2 * std::exp(-p.norm() / params.ell_m);
+        y(i) = i < n_hits ? 1.0f : -1.0f;
+    }
+    const Eigen::LLT<Eigen::MatrixXf> llt(K);
+    const float mean = ks.dot(llt.solve(y));
+    const float variance = params.sf2 - ks.dot(llt.solve(ks));
+    const float spread = std::sqrt(1.0f + params.alpha * params.alpha * variance);
+    return 0.5f * std::erfc(-(params.alpha * mean + params.beta) / spread / std::sqrt(2.0f));
+}
+
+} // namespace gpom_bench
+
+#endif
