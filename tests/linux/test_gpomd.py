@@ -1,0 +1,571 @@
+"""gpomd over real LCM: what goes in must come out, whatever is lost must be counted."""
+import math
+import os
+import random
+import socket
+import struct
+import subprocess
+import time
+
+import numpy as np
+import pytest
+from conftest import (ROOT, URL, config_text, encoded, own_network, run, tool, wait_for_map,
+                      wait_for_status, wait_until)
+from gpom_watch import Watch
+
+T0_US = 1_000_000_000  # stamp of the first scan of a test's own
+N_BEAMS = 31
+
+
+def library_cells(daemon, scans, tmp_path, *points):
+    """Codes that the library itself gives, and what it prints of points."""
+    path = tmp_path / "cells"
+    done = run("library-map", daemon.config, scans, path, *points)
+    assert done.returncode == 0, done.stderr
+    return path.read_bytes(), [list(map(float, line.split())) for line in done.stdout.splitlines()]
+
+
+def replay(path, *arguments):
+    done = run("gpom-replay", path, "--rate", 20, *arguments)
+    assert done.returncode == 0, done.stderr
+
+
+def scan(peer, i, **fields):
+    """The i-th scan of a robot that drives along x and sees a round wall."""
+    fields = {"utime": T0_US + 100_000 * i, "sequence": i, "pose": [20.0 + 0.1 * i, 80.0, 0.3],
+              "pose_cov": [0.0] * 9, "angle_min": -1.5, "angle_step": 0.1, "n_ranges": N_BEAMS,
+              "ranges": [8.0] * N_BEAMS, **fields}
+    return peer("gpom.scan_t", **fields)
+
+
+# ---- the way through ----------------------------------------------------------------------------
+
+def test_the_published_map_is_the_library_s_to_the_last_code(start, street, tmp_path):
+    daemon, watch = start(), Watch(URL)
+    replay(street)
+    cells, _ = library_cells(daemon, street, tmp_path)
+    wait_for_map(watch, cells)
+    counts = wait_for_status(watch, scans_inserted=40)["counts"]
+    assert counts["scans_received"] == 40
+    assert watch.map.n_bad == 0 and len(set(cells)) > 50
+    assert daemon.stop() == 0 and "stopped after 40 scans" in daemon.lines[-1]
+
+
+def test_a_recorded_log_rebuilds_the_map_bit_for_bit(start, street, tmp_path):
+    log = tmp_path / "bus.log"
+    daemon, watch = start(), Watch(URL)
+    logger = subprocess.Popen(["/usr/bin/lcm-logger", "--quiet", "--force", "--flush-interval=50",
+                               f"--lcm-url={URL}", str(log)], stdout=subprocess.DEVNULL)
+    time.sleep(0.5)
+    replay(street)
+    cells, _ = library_cells(daemon, street, tmp_path)
+    wait_for_map(watch, cells)
+    logger.terminate()
+    logger.wait(10)
+    daemon.stop()
+    again, watch = start(), Watch(URL)
+    replay(log, "--channel", "GPOM_SCAN")
+    wait_for_map(watch, cells)
+    assert again.stop() == 0
+
+
+@pytest.mark.parametrize("name", ["map_t", "status_t"])
+def test_subscribers_made_by_lcm_gen_read_what_gpom_watch_reads(name, start, peer):
+    start()
+    watch, messages = Watch(URL), []
+    channel = {"map_t": "GPOM_MAP", "status_t": "GPOM_STATUS"}[name]
+    watch.bus.subscribe(channel, lambda _, data: messages.append(data))
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: messages and watch.map.is_whole and watch.status)
+    time.sleep(0.1)
+    message = peer.type(f"gpom.{name}").decode(messages[-1])
+    assert message.crc32 == struct.unpack(">i", messages[-1][-4:])[0]
+    if name == "map_t":
+        assert (message.map_nx, message.map_ny) == (watch.map.tile.map_nx, watch.map.tile.map_ny)
+        assert message.utime == T0_US and list(message.pose) == [20.0, 80.0, 0.3]
+        assert len(message.probability) == message.nx * message.ny == message.n_cells
+    else:
+        assert message.version == 100 and message.beam_max == 8000
+        assert message.map_bytes > 61 * 8000
+
+
+def test_tiles_carry_corner_keyframe_and_order(start, peer):
+    """Half a cell or a tile in the wrong place would show here."""
+    start(raster="cell_m = 0.5\nnx = 60\nny = 55\ncorner = [12.0, 70.5]")
+    watch, tiles = Watch(URL), []
+    watch.bus.subscribe("GPOM_MAP", lambda _, data: tiles.append(peer.type("gpom.map_t").decode(data)))
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: watch.map.is_whole)
+    first = tiles[:9]
+    assert [tile.i_tile for tile in first] == list(range(9))
+    assert {(tile.map_sequence, tile.n_tiles, tile.keyframe) for tile in first} == {(0, 9, 1)}
+    assert sum(tile.n_cells for tile in first) == 60 * 55
+    for tile in first:
+        assert list(tile.corner) == [12.0 + 0.5 * tile.ix0, 70.5 + 0.5 * tile.iy0]
+    ix, iy = int((20 - 12) / 0.5), int((80 - 70.5) / 0.5)
+    wait_until(watch, lambda: watch.map.classes()[iy, ix] == 0)  # the robot stands on free ground
+
+
+def test_the_map_stays_fresh_when_nothing_changes_and_keyframes_come_on_request(start, peer):
+    start(publish="keyframe_s = 1000")
+    watch, keyframes = Watch(URL), []
+    watch.bus.subscribe("GPOM_MAP", lambda _, data: keyframes.append(
+        peer.type("gpom.map_t").decode(data).keyframe))
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: watch.map.is_whole and watch.status is not None
+               and watch.status["n_cells_dirty"] == 0)
+    watch.collect(1.0)
+    del keyframes[:]
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 1, ranges=[math.nan] * N_BEAMS)))
+    wait_until(watch, lambda: watch.map.tile.stamp_us == T0_US + 100_000)
+    assert 1 not in keyframes
+    watch.request_keyframe()
+    wait_until(watch, lambda: 1 in keyframes)
+
+
+# ---- what is dropped ----------------------------------------------------------------------------
+
+def counted(watch, before):
+    """What rose since, but for scans received."""
+    after = watch.status["counts"]
+    return {name: after[name] - before[name] for name in before
+            if name.startswith(("scans", "poses", "time")) and after[name] != before[name]}
+
+
+def check_counts(watch, messages, received, **expected):
+    """Send messages; exactly these counters rise, by so much."""
+    sequence = watch.status["sequence"]
+    wait_until(watch, lambda: watch.status["sequence"] > sequence + 1)
+    before = watch.status["counts"]
+    for channel, data in messages:
+        watch.bus.publish(channel, data)
+        time.sleep(0.002)  # in order, one by one
+    expected = {**({"scans_received": received} if received else {}), **expected}
+    assert watch.collect(5, lambda: counted(watch, before) == expected), (
+        expected, counted(watch, before))
+
+
+def test_every_fault_of_own_scans_raises_its_counter_alone(start, peer):
+    start()
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+
+    def send(*scans):
+        return [("GPOM_SCAN", data if isinstance(data, bytes) else encoded(data))
+                for data in scans]
+    now_us = int(time.time() * 1e6)
+    damaged = bytearray(encoded(scan(peer, 1)))
+    damaged[40] ^= 1
+    cases = [
+        ([scan(peer, 0)], 1, {"scans_inserted": 1}),
+        ([bytes(damaged)], 1, {"scans_corrupt": 1}),
+        ([b"", b"short", encoded(scan(peer, 1))[:-1]], 3,
+         {"scans_malformed": 2, "scans_corrupt": 1}),
+        ([encoded(peer("bot_core.pose_t"))], 1, {"scans_other_type": 1}),
+        ([scan(peer, 1, sensor_id=7)], 1, {"scans_malformed": 1}),
+        ([scan(peer, 1, angle_min=math.nan)], 1, {"scans_malformed": 1}),
+        ([scan(peer, 1, n_ranges=3000, ranges=[1.0] * 3000)], 1, {"scans_malformed": 1}),
+        ([scan(peer, 1), scan(peer, 1)], 2, {"scans_inserted": 1, "scans_repeated": 1}),
+        ([scan(peer, 5)], 1, {"scans_inserted": 1, "scans_lost": 3}),
+        ([scan(peer, 3)], 1, {"scans_reordered": 1}),
+        ([scan(peer, 6, utime=T0_US)], 1, {"scans_jumped_back": 1}),
+        ([scan(peer, 7, utime=now_us + 3600 * 10**6)], 1, {"scans_too_new": 1}),
+        ([scan(peer, 8, pose=[math.nan, 0, 0])], 1, {"scans_bad_pose": 1}),
+        ([scan(peer, 9, pose_cov=[-1.0] * 9)], 1, {"scans_bad_pose": 1}),
+        ([scan(peer, 10, pose=[1e5, 0, 0])], 1, {"scans_out_of_reach": 1}),
+        ([scan(peer, 0, utime=T0_US + 2_000_000)], 1, {"scans_inserted": 1}),  # sender restarted
+        ([scan(peer, 1, utime=T0_US + 2_100_000)], 1, {"scans_inserted": 1}),
+        # the sender's clock was set back: followed at the tenth in order
+        ([scan(peer, 2 + i, utime=1000 * (i + 1)) for i in range(11)], 11,
+         {"scans_jumped_back": 9, "scans_inserted": 2}),
+    ]
+    for messages, received, expected in cases:
+        check_counts(watch, send(*messages), received, **expected)
+
+
+def test_scans_older_than_allowed_are_refused(start, peer):
+    start(intake="age_max_s = 60")
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    check_counts(watch, [("GPOM_SCAN", encoded(scan(peer, 0)))], 1, scans_too_old=1)
+    fresh = scan(peer, 1, utime=int(time.time() * 1e6) - 1_000_000)
+    check_counts(watch, [("GPOM_SCAN", encoded(fresh))], 1, scans_inserted=1)
+
+
+FOREIGN = {
+    "bot_core": {"sensors": '[[sensor]]\ntype = "bot_core.planar_lidar_t"\nrange_max_m = 34.0',
+                 "rest": '[pose]\ntype = "bot_core.pose_t"\nwait_max_s = 0.3'},
+    "mbot": {"sensors": '[[sensor]]\ntype = "mbot_lcm_msgs.lidar_t"\nrange_max_m = 34.0',
+             "rest": '[pose]\ntype = "mbot_lcm_msgs.pose2D_t"\nchannel = "SLAM_POSE"\n'
+                     'wait_max_s = 0.3'},
+}
+
+
+def lidar(peer, stamp_us, **fields):
+    fields = {"utime": stamp_us, "nranges": N_BEAMS, "ranges": [8.0] * N_BEAMS, "rad0": -1.5,
+              "radstep": 0.1, **fields}
+    return "LIDAR", peer("bot_core.planar_lidar_t", **fields).encode()
+
+
+def pose(peer, stamp_us, **fields):
+    fields = {"utime": stamp_us, "pos": [20.0, 80.0, 0.0], "orientation": [1.0, 0.0, 0.0, 0.0],
+              **fields}
+    return "POSE", peer("bot_core.pose_t", **fields).encode()
+
+
+def test_every_fault_of_foreign_scans_and_poses_raises_its_counter_alone(start, peer):
+    start(**FOREIGN["bot_core"])
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    ms = 1000
+    cases = [
+        ([pose(peer, T0_US)], 0, {"poses_received": 1}),
+        ([lidar(peer, T0_US)], 1, {"scans_inserted": 1}),
+        ([lidar(peer, T0_US)], 1, {"scans_repeated": 1}),
+        ([lidar(peer, T0_US - 1)], 1, {"scans_jumped_back": 1}),
+        ([lidar(peer, T0_US + 50 * ms), pose(peer, T0_US + 100 * ms)], 1,
+         {"scans_inserted": 1, "poses_received": 1}),  # the pose comes later
+        ([lidar(peer, T0_US + 150 * ms)], 1, {"scans_no_pose": 1}),  # it does not come
+        ([lidar(peer, T0_US + 200 * ms), pose(peer, T0_US + 900 * ms)], 1,
+         {"scans_no_pose": 1, "poses_received": 1}),  # too far from the one before
+        ([pose(peer, T0_US), pose(peer, T0_US + 1000 * ms, pos=[math.nan, 0, 0]),
+          ("POSE", b"nonsense")], 0, {"poses_received": 3, "poses_refused": 3}),
+        ([pose(peer, T0_US + 3000 * ms), lidar(peer, T0_US + 3000 * ms)], 1,
+         {"scans_inserted": 1, "poses_received": 1, "time_gaps": 1}),
+        ([("LIDAR", encoded(scan(peer, 0)))], 1, {"scans_other_type": 1}),
+        ([("LIDAR", lidar(peer, T0_US)[1] + b"more")], 1, {"scans_malformed": 1}),
+        ([lidar(peer, T0_US + 3100 * ms, rad0=math.inf)], 1, {"scans_malformed": 1}),
+    ]
+    for messages, received, expected in cases:
+        check_counts(watch, messages, received, **expected)
+
+
+def test_a_scan_from_before_the_oldest_pose_is_too_old(start, peer):
+    start(**FOREIGN["bot_core"])
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    check_counts(watch, [pose(peer, T0_US), lidar(peer, T0_US - 1)], 1, poses_received=1,
+                 scans_too_old=1)
+
+
+def test_more_scans_than_can_be_mapped_are_counted_not_queued(start, peer):
+    start(intake="queue_scans = 2", map="beam_max = 60000\nkeep_m = 0.01")
+    watch = Watch(URL)
+    rng = random.Random(1)
+    burst = [encoded(scan(peer, i, n_ranges=2000, angle_step=0.003,
+                          ranges=[rng.uniform(1, 30) for _ in range(2000)])) for i in range(60)]
+    for message in burst:
+        watch.bus.publish("GPOM_SCAN", message)
+
+    def is_over():
+        counts = watch.status and watch.status["counts"]
+        return counts and counts["scans_received"] + counts["scans_lost"] >= 50 and (
+            counts["scans_received"] == counts["scans_inserted"] + counts["scans_overrun"])
+    wait_until(watch, is_over)
+    assert watch.status["counts"]["scans_overrun"] > 0
+
+
+def test_garbage_on_every_channel_changes_no_cell(start, street, peer, tmp_path):
+    daemon, watch = start(), Watch(URL)
+    replay(street)
+    cells, _ = library_cells(daemon, street, tmp_path)
+    wait_for_map(watch, cells)
+    rng = random.Random(2)
+    good = encoded(scan(peer, 1000))
+    n_sent = 400
+    for i in range(n_sent):
+        data = bytearray(rng.randbytes(rng.randrange(0, 300)) if i % 2 else good)
+        for _ in range(rng.randrange(1, 8)):
+            if data:
+                data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+        channel = rng.choice(["GPOM_SCAN", "GPOM_QUERY", "GPOM_MAP_REQUEST"])
+        watch.bus.publish(channel, bytes(data[:rng.randrange(len(data) + 1)] if i % 3 else data))
+        if i % 20 == 0:
+            time.sleep(0.01)
+    wait_until(watch, lambda: watch.status is not None
+               and watch.status["counts"]["scans_received"] > 40 + n_sent / 4)
+    counts = watch.status["counts"]
+    assert counts["scans_inserted"] == 40
+    bad = ("other_type", "corrupt", "malformed")
+    assert counts["scans_received"] == 40 + sum(counts[f"scans_{name}"] for name in bad)
+    wait_for_map(watch, cells)
+
+
+# ---- other families ------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("family", FOREIGN)
+def test_other_families_scans_give_the_same_map(family, start, street, tmp_path):
+    """Their angles are float32, their poses quaternions or float32: what is near an edge may tip.
+    Without a cap on points of one scan, since beams with times of their own go in one by one."""
+    params = (ROOT / "tools" / "params" / "street.toml").read_text()
+    (tmp_path / "params.toml").write_text(params.replace("scan_points_max", "# scan_points_max"))
+    daemon = start(params="params.toml", **FOREIGN[family])
+    watch = Watch(URL)
+    replay(street, "--family", family)
+    wait_for_status(watch, scans_inserted=40)
+    assert watch.status["counts"]["poses_received"] == 40
+    cells, _ = library_cells(daemon, street, tmp_path)
+    expected = np.frombuffer(cells, np.uint8).reshape(2, 60, 70)[0]
+
+    def is_near():
+        if not watch.map.is_whole:
+            return False
+        gap = np.abs(watch.map.probability.astype(int) - expected)
+        return np.mean(gap > 2) < 0.01
+    wait_until(watch, is_near)
+
+
+def test_beams_with_times_of_their_own_are_placed_where_the_robot_was(start, peer):
+    """A robot that drives at 10 m/s past a wall at y = 85: straight only if each beam has its pose."""
+    start(**FOREIGN["mbot"], raster="cell_m = 0.25\nnx = 160\nny = 40\ncorner = [10.0, 77.0]")
+    watch, duration_us, n = Watch(URL), 500_000, 101
+    for i in range(61):
+        t_us = T0_US + 10_000 * i
+        watch.bus.publish("SLAM_POSE", peer("mbot_lcm_msgs.pose2D_t", utime=t_us,
+                                            x=20.0 + 10e-6 * (t_us - T0_US), y=80.0).encode())
+    times = [T0_US + duration_us * k // (n - 1) for k in range(n)]
+    for stamp_us in (T0_US, T0_US + 1):
+        watch.bus.publish("LIDAR", peer(
+            "mbot_lcm_msgs.lidar_t", utime=stamp_us, num_ranges=n, times=times,
+            ranges=[5.0] * n, thetas=[math.pi / 2] * n, intensities=[0.0] * n).encode())
+    wait_for_status(watch, scans_inserted=2)
+    iy, ix0, ix1 = round((85 - 77) / 0.25), int((20.5 - 10) / 0.25), int((24.5 - 10) / 0.25)
+    wait_until(watch, lambda: watch.map.tile is not None
+               and (watch.map.classes()[iy, ix0:ix1] == 2).all()
+               and (watch.map.classes()[iy - 4, ix0:ix1] == 0).all())
+
+
+def test_other_families_maps_keep_their_conventions(start, street, peer):
+    """mbot: corner of cell 0, sign by class; libbot: centre of cell 0, probability."""
+    start(publish='grid = "SLAM_MAP"\npixels = "PIXEL_MAP"\ngrid_s = 0.1')
+    watch, grids, pixels = Watch(URL), [], []
+    watch.bus.subscribe("SLAM_MAP", lambda _, data: grids.append(data))
+    watch.bus.subscribe("PIXEL_MAP", lambda _, data: pixels.append(data))
+    replay(street)
+    assert watch.collect_settled(20, 1.0)
+    del grids[:], pixels[:]
+    wait_until(watch, lambda: grids and pixels)
+    grid = peer.type("mbot_lcm_msgs.occupancy_grid_t").decode(grids[-1])
+    assert (grid.origin_x, grid.origin_y, grid.meters_per_cell) == (0.0, 50.0, 1.0)
+    assert (grid.width, grid.height, grid.num_cells) == (70, 60, 70 * 60)
+    odds = np.array(grid.cells).astype(np.int8).reshape(60, 70).astype(int)
+    classes = watch.map.classes()
+    assert ((odds < 0) == (classes == 0)).all()
+    assert (odds[classes == 2] > 0).all() and (odds[classes == 3] == 0).all()
+    pixel = peer.type("occ_map.pixel_map_t").decode(pixels[-1])
+    assert list(pixel.dimensions) == [70, 60] and list(pixel.xy0) == [0.5, 50.5]
+    assert pixel.mpp == 1.0 and (pixel.compressed, pixel.data_type) == (0, 1)
+    chance = np.frombuffer(pixel.mapData, "<f4").reshape(60, 70)
+    known = classes != 3
+    code = watch.map.probability[known].astype(float)
+    assert (np.ceil(254 * chance[known].astype(float) - 1e-4) == code).mean() > 0.999
+    assert (chance[~known] == 0.5).all()
+
+
+# ---- questions ----------------------------------------------------------------------------------
+
+def ask(watch, peer, **fields):
+    """The answer to a query."""
+    answers = []
+    subscription = watch.bus.subscribe("GPOM_ANSWER", lambda _, data: answers.append(
+        peer.type("gpom.answer_t").decode(data)))
+    points = [peer("gpom.point_t", x=x, y=y) for x, y in fields.pop("points")]
+    query = peer("gpom.query_t", client=77, sequence=5, n_points=len(points), points=points,
+                 **fields)
+    watch.bus.publish("GPOM_QUERY", encoded(query))
+    wait_until(watch, lambda: answers)
+    watch.bus.unsubscribe(subscription)
+    assert (answers[0].client, answers[0].sequence) == (77, 5)
+    return answers[0]
+
+
+def test_answers_are_the_library_s(start, street, peer, tmp_path):
+    daemon, watch = start(), Watch(URL)
+    replay(street)
+    wait_for_status(watch, scans_inserted=40)
+    corners = [(5.0, 93.0), (30.0, 93.5), (30.0, 88.0)]
+    arcs = [*np.arange(0, 30.5, 2.0), 25 + 5.5 + 0.005]  # the first leg is 25.005 m long
+    leg = math.hypot(25.0, 0.5)
+    along = [(5 + 25 * s / leg, 93 + 0.5 * s / leg) if s < leg else (30.0, 93.5 - (s - leg))
+             for s in arcs[:-1]] + [corners[-1]]
+    for kind, places, asked in ((0, corners, corners), (1, along, corners)):
+        numbers = [repr(float(number)) for place in places for number in place]
+        _, expected = library_cells(daemon, street, tmp_path, *numbers)
+        answer = ask(watch, peer, kind=kind, step_m=2.0 * kind, points=asked)
+        got = [[p.mean, p.variance, p.probability, p.cls] for p in answer.points]
+        assert answer.status == 0 and len(got) == len(expected)
+        got, expected = np.float32(got), np.float32(expected)
+        assert np.allclose(got, expected, rtol=0, atol=2e-5 if kind else 0)
+    assert answer.map_utime == round(1e6 * float(street.read_text().splitlines()[-1].split(",")[0]))
+
+
+@pytest.mark.parametrize("status, step_m, points", [
+    (1, 0.1, [(0, 60), (50, 60)]), (2, 0.0, [(0, 60), (1, 60)]), (2, math.nan, [(0, 60), (1, 60)]),
+    (3, 1.0, [(1e6, 60)]), (0, 1.0, [(3, 60)])])
+def test_a_path_that_cannot_be_answered_is_refused_by_cause(status, step_m, points, start, peer):
+    start()
+    answer = ask(Watch(URL), peer, kind=1, step_m=step_m, points=points)
+    assert answer.status == status
+    assert answer.n_points == {0: 1, 3: 1}.get(status, 0)
+    assert all(point.cls == 3 for point in answer.points) or status != 3
+
+
+# ---- the process --------------------------------------------------------------------------------
+
+def test_a_new_daemon_takes_over_and_subscribers_notice(start, peer):
+    first, watch = start(), Watch(URL)
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: watch.map.is_whole)
+    states = []
+    watch.bus.subscribe("GPOM_STATUS", lambda _, data: states.append(
+        peer.type("gpom.status_t").decode(data).state))
+    assert first.stop() == 0
+    wait_until(watch, lambda: states and states[-1] == 3)
+    losses = watch.map.n_lost
+    start()
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 1)))
+    wait_until(watch, lambda: watch.map.n_lost > losses and watch.map.is_whole)
+    assert watch.map.tile.stamp_us == T0_US + 100_000
+
+
+def test_states_follow_the_scans(start, peer):
+    start(publish="stale_s = 0.5")
+    watch, states = Watch(URL), []
+    watch.bus.subscribe("GPOM_STATUS", lambda _, data: states.append(
+        peer.type("gpom.status_t").decode(data).state))
+    wait_until(watch, lambda: 0 in states)
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: 1 in states and 2 in states)
+    assert states == sorted(states)
+
+
+def test_systemd_hears_that_it_is_ready_alive_and_stopping(start, tmp_path):
+    path = str(tmp_path / "notify")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(path)
+        listener.settimeout(10)
+        daemon = start(environment={"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "300000"})
+        heard = [listener.recv(100) for _ in range(5)]
+        assert heard[0] == b"READY=1" and set(heard[1:]) == {b"WATCHDOG=1"}
+        assert daemon.stop() == 0
+        while heard[-1] != b"STOPPING=1":
+            heard.append(listener.recv(100))
+
+
+def test_the_unit_file_is_valid(tmp_path):
+    text = (ROOT / "ports" / "linux" / "gpomd.service").read_text()
+    unit = tmp_path / "gpomd.service"
+    unit.write_text(text.replace("/usr/local/bin/gpomd", tool("gpomd")))
+    try:
+        done = subprocess.run(["systemd-analyze", "verify", unit], capture_output=True, text=True,
+                              timeout=60, check=False)
+    except FileNotFoundError:
+        pytest.skip("no systemd-analyze here")
+    ours = [line for line in done.stderr.splitlines() if "gpomd" in line]
+    assert done.returncode == 0 and not ours, done.stderr
+
+
+SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
+
+
+@pytest.mark.parametrize("parts, line, text", [
+    ({"map": "beam_max = 0"}, 7, "map.beam_max: must be a whole number from 1 to 20000000"),
+    ({"map": "beams = 5"}, 7, "map.beams: unknown key; remove it"),
+    ({"map": "clear_scans = 1"}, 7, "map.clear_scans: must be 0, or 2 to 4 with keep_m over 0"),
+    ({"raster": "nx = 5\nny = 5"}, 8, "raster.cell_m: missing; add it"),
+    ({"raster": "cell_m = 1\nnx = 30000\nny = 30000"}, 10, "raster.nx: a raster of so many cells "
+     "cannot be published; make cells larger"),
+    ({"sensors": ""}, None, "sensor: missing; add it"),
+    ({"sensors": SENSOR + "\nid = 0\n" + SENSOR}, 7, "sensor[1].id: is that of sensor[0] on this "
+     "channel"),
+    ({"sensors": '[[sensor]]\ntype = "bot_core.planar_lidar_t"\nrange_max_m = 9'}, 4,
+     "sensor[0].type: scans of this type carry no pose; add a [pose] table"),
+    ({"sensors": SENSOR + '\nchannel = "A*"'}, 6, "sensor[0].channel: must be a channel's name of "
+     "letters, digits and _-/.:#"),
+    ({"sensors": SENSOR + "\nmasks = [[1]]"}, 6,
+     "sensor[0].masks: each must be [from, to], bearings in rad"),
+    ({"sensors": SENSOR + "\nmount = [0, 0]"}, 6, "sensor[0].mount: must be a list of 3 finite "
+     "numbers"),
+    ({"sensors": SENSOR + "\nrange_min_m = 40"}, 5, "sensor[0].range_max_m: must be over "
+     "range_min_m"),
+    ({"intake": "step_ops = 5"}, 14, "intake.step_ops: must be a whole number from "),
+    ({"publish": "map_hz = 0"}, 17, "publish.map_hz: must be from 0.01 to 1000"),
+    ({"publish": "stale_s = [1]"}, 17, "publish.stale_s: must be a number"),
+    ({"top": "what is this"}, 2, "not TOML: "),
+    ({"params": "none.toml"}, 1, "params: none.toml: cannot open; give the name of a parameters"),
+])
+def test_a_wrong_configuration_is_refused_with_file_line_and_field(parts, line, text, tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text(config_text(**parts))
+    done = run("gpomd", "--config", path, "--check")
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
+    place = f"gpomd: {path}" + (f":{line}" if line else "") + ": "
+    assert done.stderr.startswith(place), done.stderr
+    assert text in done.stderr.replace(str(tmp_path) + "/", "")
+
+
+def test_the_shipped_configuration_is_good_and_says_the_defaults(tmp_path):
+    """Switching on everything that is commented out changes nothing but what it adds."""
+    shipped = ROOT / "ports" / "linux" / "gpomd.toml"
+    done = run("gpomd", "--config", shipped, "--check")
+    assert done.returncode == 0, done.stderr
+    text = shipped.read_text().replace("../..", str(ROOT))
+    lines = [line[2:] if line.startswith("# ") and (" = " in line or line.startswith("# ["))
+             else line for line in text.splitlines()]
+    whole = tmp_path / "whole.toml"
+    whole.write_text("\n".join(line for line in lines if "--check" not in line))
+    again = run("gpomd", "--config", whole, "--check")
+    assert again.returncode == 0, again.stderr
+    assert again.stdout.split(";")[0] == done.stdout.split(";")[0]
+
+
+def test_without_a_multicast_route_it_says_so_in_one_sentence(tmp_path):
+    path = tmp_path / "gpomd.toml"
+    path.write_text(config_text())
+    os.close(own_network()[0])  # a fresh one, where nothing is set up; network() leads back
+    done = run("gpomd", "--config", path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "ip route add 224.0.0.0/4 dev lo" in done.stderr
+
+
+@pytest.mark.parametrize("url, text", [
+    ("udpm://127.0.0.1:7667", "the address is not one of multicast"),
+    ("udpm://nonsense:7667", "must be udpm://ADDRESS:PORT"),
+    ("udpm://239.1.2.3:99999", "must be udpm://ADDRESS:PORT")])
+def test_an_address_that_is_no_network_is_refused(url, text, tmp_path):
+    path = tmp_path / "gpomd.toml"
+    path.write_text(config_text(top=f'lcm_url = "{url}"'))
+    done = run("gpomd", "--config", path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and text in done.stderr
+
+
+def test_memory_is_taken_at_start_and_stays(start, street):
+    start()
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    before = watch.status["process_bytes"]
+    replay(street)
+    wait_for_status(watch, scans_inserted=40)
+    replay(street)
+    wait_until(watch, lambda: watch.status["counts"]["scans_received"] == 80)
+    assert watch.status["process_bytes"] - before < 2_000_000  # liblcm's buffers
+
+
+# ---- gpom-watch and gpom-replay -------------------------------------------------------------------
+
+def test_gpom_watch_draws_the_map_and_prints_it(start, street, tmp_path):
+    start()
+    replay(street)
+    picture = tmp_path / "map.png"
+    done = run("gpom-watch", "--settled", "--out", picture, "--json")
+    assert done.returncode == 0, done.stderr
+    assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n" and '"is_whole": true' in done.stdout
+    status = run("gpom-watch", "--status")
+    assert status.returncode == 0 and '"scans_inserted": 40' in status.stdout
+    live = run("gpom-watch", "--seconds", "1.5")
+    assert live.returncode == 0 and "R" in live.stdout and "#" in live.stdout
+
+
+def test_gpom_watch_says_when_nothing_comes():
+    done = run("gpom-watch", "--status", "--seconds", "0.5")
+    assert done.returncode == 2 and "gpomd is not running" in done.stderr
