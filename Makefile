@@ -45,8 +45,9 @@ MAKE := $(MAKE) --no-print-directory
 
 CPU_cortex-m7 := -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16
 CPU_cortex-m4 := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
+CPU_s390x     := -march=z196
 ifneq ($(CROSS),)
-CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7 or cortex-m4))
+CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4 or s390x))
 MODE_arm  := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-unwind-tables \
              -fstack-usage -fcallgraph-info=su
 endif
@@ -88,6 +89,7 @@ TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
 TEST_OBJ  := $(call objects,$(wildcard tests/unit/*.cpp tests/property/*.cpp))
+ENDIAN_OBJ := $(call objects,$(wildcard tests/endian/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
@@ -121,7 +123,7 @@ lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the l
 
 tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
 
-results: tools ## Judge all methods on all logs of DATA and on streets: RESULTS.md (minutes)
+results: tools build/setup/results ## Judge all methods, logs of DATA, streets: RESULTS.md (minutes)
 	$(Q)$(BUILD)/gpom-results --build $(BUILD) --data $(DATA) --out RESULTS.md
 
 codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS= for firmware)
@@ -144,6 +146,7 @@ test-all: $(if $(SKIP_BASE),,test-programs)
 test-all: build/setup/lint firmware fuzzers ## Run `test`, firmware, fuzz, lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 	$(Q)$(MAKE) CONFIG=thread tsan
+	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
 lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
@@ -164,14 +167,14 @@ test-firmware: firmware ## Run the image in QEMU: result, instruction counts, si
 	$(Q)$(RUN_TESTS) firmware
 
 clean: ## Remove what was built, keep the installed Python environment
-	$(Q)rm -rf build/host-* build/arm-none-eabi-*
+	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/s390x-linux-gnu-*
 
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools codec gpomd demo demo-lcm results fuzz test test-all lint format \
-        check-symbols firmware test-firmware clean distclean test-programs unit tsan codec-tests \
-        linux-tests fuzzers firmware-image FORCE
+        check-symbols firmware test-firmware clean distclean test-programs unit tsan endian \
+        codec-tests linux-tests fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -187,6 +190,13 @@ unit: $(BUILD)/unit_tests
 
 tsan: $(BUILD)/tsan_tests
 
+# Without fused operations, as on the host, so that the same scans give the same map.
+BIG_ENDIAN := CROSS=s390x-linux-gnu- CPU=s390x FMA=0
+endian: $(BUILD)/snapshot_bytes
+	$(Q)if tools/setup endian; then \
+	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; \
+	else echo "no big-endian toolchain: its test will be skipped"; fi
+
 fuzzers: $(FUZZERS)
 
 linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/library-map $(BUILD)/linux_tests $(BUILD)/lcm/stamp
@@ -195,7 +205,8 @@ codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 
 firmware-image: $(BUILD)/gpom_demo.elf $(BUILD)/libgpom_codec.a build/host-release/libicount.so
 
-build/setup/%: tools/setup tools/requirements.txt
+build/setup/results: build/setup/python
+build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt
 	$(Q)tools/setup $*
 
 # Objects are made again when a flag changes, not only when a file does.
@@ -204,10 +215,9 @@ $(BUILD)/flags: FORCE
 	@echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' | cmp -s - $@ || \
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
-$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(PORT_OBJ) \
-    $(LINUX_OBJ) $(LCM_TOOL_OBJ) \
-    $(CODEC_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
-    $(BUILD)/flags | build/setup/$(if $(CROSS),firmware,base)
+$(CORE_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
+    $(PORT_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
+    $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
 $(LINUX_OBJ) $(LCM_TOOL_OBJ): | build/setup/lcm
@@ -220,7 +230,7 @@ endef
 
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS))
-$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ): \
+$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ): \
     $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
@@ -299,6 +309,9 @@ $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
+$(BUILD)/snapshot_bytes: $(ENDIAN_OBJ) $(BUILD)/obj/tools/lib/snapshot_file.o $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) $(if $(CROSS),-static) -o $@ $^
 $(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^

@@ -34,6 +34,9 @@ static_assert(sizeof(Beam) == 36, "GPOM_MAP_BYTES counts on it");
 
 constexpr uint32_t kAgreedMax = 15;
 
+/// Beyond this excess a beam's points have no say; keeps the noise finite.
+constexpr float kExcessMax = 1e9f;
+
 struct Point {
     float x_m, y_m;
 };

@@ -59,6 +59,36 @@ template <class F> inline F log_terms(const gpom_params_t &params, const Neighbo
     return sum;
 }
 
+/// What is added to alpha mu in eq. 7 far from all beams.
+inline float prior_offset(const gpom_params_t &params)
+{
+    return params.beta + log_positive(kContextReach_m + kLogFloor_m) *
+                             (params.log_hit_first + params.log_hit_last + params.log_free_first +
+                              params.log_free_last);
+}
+
+/// What eq. 7 needs of a query, beside alpha.
+template <class F> struct Evidence {
+    Moments<F> moments;
+    F offset;
+};
+
+/// With the squared distance to the nearest point, rho = 1 - d^2 / fade_m^2 or 0 is the correlation
+/// left between f at the query and what its neighbours tell: f is rho times theirs plus an
+/// independent part of variance (1 - rho^2) k**. From fade_m on it is the prior, to the last bit.
+template <class F>
+inline Evidence<F> faded(const gpom_params_t &params, float prior_variance, F nearest2_m2,
+                         const Evidence<F> &near)
+{
+    const F share = nearest2_m2 * (1.0f / (params.fade_m * params.fade_m));
+    const F rho = 1.0f - lane::min(share, lane::splat<F>(1.0f));
+    const float far_offset = prior_offset(params);
+    return {{rho * near.moments.mean,
+             prior_variance - rho * rho * (prior_variance - near.moments.variance),
+             near.moments.bad},
+            far_offset + rho * (near.offset - far_offset)};
+}
+
 /// Weighted sums over the hits about a centre: of weights, offsets and products of offsets.
 template <class F> struct Sums {
     F weight, x, y, xx, xy, yy;

@@ -96,6 +96,7 @@ Box shifted(const Box &box, float dx_m, float dy_m)
 
 void forget_all(Index &index)
 {
+    ++index.n_forgotten;
     index.n_slots = 0;
     index.n_beams = 0;
     index.first_free = kNoSlot;

@@ -35,7 +35,8 @@ struct Index {
     uint32_t n_beams;    ///< Slots that hold a beam.
     uint32_t first_free; ///< Free slots are linked by their stamp_ms; kNoSlot ends the list.
     uint32_t next_id;
-    uint32_t *recent; ///< Slot of each of the recent_max youngest ids, at id % recent_max.
+    uint32_t n_forgotten; ///< Times that all beams were forgotten.
+    uint32_t *recent;     ///< Slot of each of the recent_max youngest ids, at id % recent_max.
     uint32_t recent_max;
     uint32_t n_vanished; ///< Parts removed since the last build started.
     HitPart hit_part;

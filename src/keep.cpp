@@ -35,7 +35,7 @@ float gap2_of(gpom_map &map, const Part &part, const Point &at, uint32_t own_id)
     int32_t id[2], slot[2];
     NearestK<float> nearest = {d2, id, slot, 2};
     nearest.clear();
-    search(nearest, {at.x_m, at.y_m}, map.index, part, map.keeper.stack);
+    search(nearest, {at.x_m, at.y_m}, map.index, part, map.keeper.hit_stack);
     return id[0] == static_cast<int32_t>(own_id) ? d2[1] : d2[0];
 }
 
@@ -61,7 +61,9 @@ float usefulness(gpom_map &map, const Beam &beam)
         discount += far2 / (map.config.far_m * map.config.far_m);
     }
     if (map.config.old_s > 0.0f) {
-        const float age_s = 1e-3f * static_cast<float>(map.keeper.stamp_ms - beam.stamp_ms);
+        const uint32_t now_ms = map.keeper.stamp_ms; // a clock may step back
+        const uint32_t age_ms = now_ms > beam.stamp_ms ? now_ms - beam.stamp_ms : 0;
+        const float age_s = 1e-3f * static_cast<float>(age_ms);
         discount += age_s / map.config.old_s;
     }
     return gap2_of(map, beam, beam.id) / discount;
@@ -103,15 +105,15 @@ bool make_room(gpom_map &map, float worth)
 void enter_provisional(gpom_map &map, uint32_t slot)
 {
     Keeper &keeper = map.keeper;
-    uint32_t &entry = keeper.provisional[keeper.n_provisional % keeper.provisional_max];
+    Waiting &entry = keeper.provisional[keeper.n_provisional % keeper.provisional_max];
     if (keeper.n_provisional >= keeper.provisional_max) {
-        const Beam &oldest = map.index.beams[entry];
-        if (oldest.has_hit != 0 && oldest.provisional != 0) {
-            drop_beam(map, entry);
+        const Beam &oldest = map.index.beams[entry.slot];
+        if (oldest.id == entry.id && oldest.has_hit != 0 && oldest.provisional != 0) {
+            drop_beam(map, entry.slot);
             ++map.stats.beams_not_confirmed;
         }
     }
-    entry = slot;
+    entry = {slot, map.index.beams[slot].id};
     ++keeper.n_provisional;
 }
 
@@ -203,6 +205,12 @@ uint32_t keep(gpom_map &map, const Beam &beam, float gap2_m2)
     }
     ++(beam.returned != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
     return slot;
+}
+
+void forget_all(Keeper &keeper)
+{
+    keeper.n_provisional = 0;
+    keeper.hand = 0;
 }
 
 void settle(gpom_map &map)

@@ -31,20 +31,26 @@ struct Group {
     uint32_t clearing; ///< Bit i: it is the last of those that cleared a hit.
 };
 
+/// A provisional beam; another in its slot has another id.
+struct Waiting {
+    uint32_t slot, id;
+};
+
 /// State of the choice.
 struct Keeper {
     Group group;
     uint32_t scan_first_id; ///< Beams of the scan being inserted have this id or a greater one.
     uint32_t time_number;   ///< Different stamps seen so far.
     uint16_t time_mark;     ///< Two bits that stand for it in Beam.
-    uint32_t *provisional;  ///< Slots of the youngest provisional beams, a ring.
+    Waiting *provisional;   ///< The youngest provisional beams, a ring.
     uint32_t provisional_max;
     uint32_t n_provisional; ///< Ever entered into the ring.
     uint32_t hand;          ///< Slot at which the next search for the least useful starts.
     Point robot;            ///< At the newest scan.
     int64_t stamp_us;       ///< Of the newest scan.
     uint32_t stamp_ms;      ///< The same, since the map's first.
-    Subtree stack[kDepthMax];
+    Subtree hit_stack[kDepthMax];
+    Subtree free_stack[kDepthMax]; ///< A walk over hits starts others over free segments.
 };
 
 /// Provisional beams that a map of beam_max beams holds at most.
@@ -53,6 +59,9 @@ constexpr uint32_t provisional_capacity(uint32_t beam_max) { return beam_max / 1
 /// Take a new beam of the current scan into consideration; it is settled with its group.
 /// sure: its place is known to a fraction of keep_m.
 void consider(gpom_map &map, const Beam &beam, bool sure);
+
+/// Forget which beams are provisional; goes with forget_all() of the index.
+void forget_all(Keeper &keeper);
 
 /// Settle the beams that still wait.
 void settle(gpom_map &map);

@@ -144,6 +144,7 @@ void follow_origin(gpom_map &map, double x_m, double y_m)
     const uint32_t n_before = map.index.n_beams;
     if (dx_m * dx_m + dy_m * dy_m > 4.0 * GPOM_REACH_M * GPOM_REACH_M) {
         forget_all(map.index);
+        forget_all(map.keeper);
     } else {
         shift_origin(map.index, static_cast<float>(dx_m), static_cast<float>(dy_m));
         drop_out_of_reach(map);

@@ -243,6 +243,21 @@ void lowres_clear(Lowres &lowres)
     end_change(lowres);
 }
 
+void lowres_restore(Lowres &lowres, const Anchor &anchor, bool has_scans)
+{
+    begin_change(lowres);
+    lowres.origin_x_m = anchor.origin_x_m;
+    lowres.origin_y_m = anchor.origin_y_m;
+    lowres.stamp0_us = anchor.stamp0_us;
+    lowres.has_stamp0 = has_scans ? 1 : 0;
+    if (anchor.frame_epoch > lowres.frame_epoch) {
+        lowres.frame_epoch = anchor.frame_epoch;
+    }
+    store(lowres.newest_ms, 0);
+    end_change(lowres);
+    lowres_clear(lowres);
+}
+
 void lowres_follow(Lowres &lowres, Point robot, int64_t stamp_us)
 {
     count_stamp(lowres, stamp_us);

@@ -101,6 +101,17 @@ void lowres_init(Lowres &lowres, const gpom_config_t &config, Cell *cells);
 /// All cells unknown and dirty; the focus stays.
 void lowres_clear(Lowres &lowres);
 
+/// Where coordinates of beams and stamps count from.
+struct Anchor {
+    double origin_x_m, origin_y_m;
+    int64_t stamp0_us;
+    uint32_t frame_epoch;
+};
+
+/// The map got other beams: every cell is unknown and dirty; epochs go on from the greater.
+/// has_scans  false: the first scan that comes sets the first stamp.
+void lowres_restore(Lowres &lowres, const Anchor &anchor, bool has_scans);
+
 /// Whole milliseconds from the map's first stamp on, held within 32 bits (49 days).
 uint32_t milliseconds_since(int64_t stamp0_us, int64_t stamp_us);
 

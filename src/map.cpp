@@ -76,7 +76,7 @@ void carve_arrays(gpom_map &map, const gpom::MapLayout &layout)
         *trees[i_tree] = {index.beams, gpom::carve<gpom::Box>(mem, layout.boxes[i_tree]),
                           gpom::carve<uint32_t>(mem, layout.slots[i_tree]), 0, 0};
     }
-    map.keeper.provisional = gpom::carve<uint32_t>(mem, layout.provisional);
+    map.keeper.provisional = gpom::carve<gpom::Waiting>(mem, layout.provisional);
     map.keeper.provisional_max = gpom::provisional_capacity(map.config.beam_max);
 }
 
@@ -128,6 +128,7 @@ gpom_status_t gpom_map_clear(gpom_map_t *map)
         return GPOM_ERR_ARG;
     }
     gpom::forget_all(map->index);
+    gpom::forget_all(map->keeper);
     gpom::lowres_clear(map->lowres);
     return GPOM_OK;
 }

@@ -49,7 +49,7 @@ constexpr MapLayout map_layout(uint32_t beam_max, uint64_t cell_max)
     }
     layout.recent = end;
     layout.provisional = end + align8(recent_capacity(beam_max) * sizeof(uint32_t));
-    layout.cells = layout.provisional + align8(provisional_capacity(beam_max) * sizeof(uint32_t));
+    layout.cells = layout.provisional + align8(provisional_capacity(beam_max) * sizeof(Waiting));
     layout.total = layout.cells + static_cast<size_t>(cell_max) * sizeof(Cell);
     return layout;
 }

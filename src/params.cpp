@@ -110,6 +110,12 @@ const char *problem_of_context(const gpom_params_t &p)
     if (p.anisotropy > 0.0f && p.frame == GPOM_FRAME_MAP) {
         return "anisotropy: must be 0 in the map frame";
     }
+    if (p.fade_m != 0.0f && !is_within(p.fade_m, 0.1f, kMost)) {
+        return "fade_m: must be 0, or from 0.1 to 1e6";
+    }
+    if (p.fade_m > 0.0f && p.frame == GPOM_FRAME_MAP) {
+        return "fade_m: must be 0 in the map frame";
+    }
     if (!is_within(p.vote, -kMost, kMost)) {
         return "vote: must be from -1e6 to 1e6";
     }
@@ -193,9 +199,6 @@ float gpom_params_prior_probability(const gpom_params_t *params)
     if (params == nullptr) {
         return 0.0f;
     }
-    const float log_reach = gpom::log_positive(gpom::kContextReach_m + gpom::kLogFloor_m);
-    const float offset =
-        params->beta + log_reach * (params->log_hit_first + params->log_hit_last +
-                                    params->log_free_first + params->log_free_last);
-    return gpom::squash(*params, 0.0f, gpom_params_prior_variance(params), offset);
+    return gpom::squash(*params, 0.0f, gpom_params_prior_variance(params),
+                        gpom::prior_offset(*params));
 }

@@ -1,14 +1,17 @@
 #include "gpom/params.h"
 
 #include "gpom/crc32.h"
+#include "src/little_endian.hpp"
 
-#include <string.h>
+using gpom::Decoder;
+using gpom::Encoder;
+using gpom::take;
 
 namespace
 {
 
 constexpr uint32_t kMagic = 0x504d5047; // "GPMP" in the order of the bytes
-constexpr uint16_t kVersion = 1;
+constexpr uint16_t kVersion = 2;        // 1 knew no fade_m
 
 /// The float fields in the record's order, which never changes within a version.
 constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
@@ -28,46 +31,35 @@ constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
                                              &gpom_params_t::log_hit_first,
                                              &gpom_params_t::log_hit_last,
                                              &gpom_params_t::log_free_first,
-                                             &gpom_params_t::log_free_last};
+                                             &gpom_params_t::log_free_last,
+                                             &gpom_params_t::fade_m};
 constexpr uint16_t gpom_params_t::*kCounts[] = {&gpom_params_t::n_hits, &gpom_params_t::n_free,
                                                 &gpom_params_t::scan_points_max};
 
 // magic, version, kernel, frame, counts, floats, CRC
-constexpr size_t kFloatsAt = 4 + 2 + 1 + 1 + 2 * 3;
-static_assert(kFloatsAt + 4 * 18 + 4 == GPOM_PARAMS_RECORD_BYTES, "the header says another size");
-static_assert(sizeof kFloats / sizeof kFloats[0] == 18, "a field is missing");
-
-/// Little-endian, whatever the processor.
-void put(uint8_t *&to, uint32_t value, int n_bytes)
-{
-    for (int i = 0; i < n_bytes; ++i) {
-        *to++ = static_cast<uint8_t>(value >> (8 * i));
-    }
-}
-
-uint32_t take(const uint8_t *&from, int n_bytes)
-{
-    uint32_t value = 0;
-    for (int i = 0; i < n_bytes; ++i) {
-        value |= static_cast<uint32_t>(*from++) << (8 * i);
-    }
-    return value;
-}
+constexpr size_t kHeadBytes = 4 + 2;
+constexpr size_t kFloatsAt = kHeadBytes + 1 + 1 + 2 * 3;
+static_assert(kFloatsAt + 4 * 19 + 4 == GPOM_PARAMS_RECORD_BYTES, "the header says another size");
+static_assert(sizeof kFloats / sizeof kFloats[0] == 19, "a field is missing");
 
 const char *problem_of_record(const uint8_t *record, size_t record_bytes)
 {
-    if (record_bytes != GPOM_PARAMS_RECORD_BYTES) {
-        return "record: not of GPOM_PARAMS_RECORD_BYTES";
+    constexpr const char *kWrongSize = "record: not of GPOM_PARAMS_RECORD_BYTES";
+    if (record_bytes < kHeadBytes) {
+        return kWrongSize;
     }
-    const uint8_t *at = record;
-    if (take(at, 4) != kMagic) {
+    Decoder from = {record};
+    if (take<uint32_t>(from) != kMagic) {
         return "record: does not begin with GPMP";
     }
-    if (take(at, 2) != kVersion) {
+    if (take<uint16_t>(from) != kVersion) {
         return "version: not one this library knows";
     }
-    const uint8_t *crc_at = record + GPOM_PARAMS_RECORD_BYTES - 4;
-    if (take(crc_at, 4) != gpom_crc32(record, GPOM_PARAMS_RECORD_BYTES - 4)) {
+    if (record_bytes != GPOM_PARAMS_RECORD_BYTES) {
+        return kWrongSize;
+    }
+    Decoder crc_from = {record + GPOM_PARAMS_RECORD_BYTES - 4};
+    if (take<uint32_t>(crc_from) != gpom_crc32(record, GPOM_PARAMS_RECORD_BYTES - 4)) {
         return "crc: does not fit the record, which is damaged";
     }
     return nullptr;
@@ -77,15 +69,14 @@ gpom_params_t unpack(const uint8_t *record)
 {
     gpom_params_t params;
     gpom_params_init(&params);
-    const uint8_t *at = record + 6;
-    params.kernel = static_cast<int32_t>(take(at, 1));
-    params.frame = static_cast<int32_t>(take(at, 1));
+    Decoder from = {record + kHeadBytes};
+    params.kernel = take<uint8_t>(from);
+    params.frame = take<uint8_t>(from);
     for (const auto field : kCounts) {
-        params.*field = static_cast<uint16_t>(take(at, 2));
+        from(params.*field);
     }
     for (const auto field : kFloats) {
-        const uint32_t bits = take(at, 4);
-        memcpy(&(params.*field), &bits, sizeof bits);
+        from(params.*field);
     }
     return params;
 }
@@ -101,20 +92,18 @@ gpom_status_t gpom_params_save(const gpom_params_t *params, uint8_t *record)
     if (status != GPOM_OK) {
         return status;
     }
-    uint8_t *to = record;
-    put(to, kMagic, 4);
-    put(to, kVersion, 2);
-    put(to, static_cast<uint32_t>(params->kernel), 1);
-    put(to, static_cast<uint32_t>(params->frame), 1);
+    Encoder to = {record};
+    to(kMagic);
+    to(kVersion);
+    to(static_cast<uint8_t>(params->kernel));
+    to(static_cast<uint8_t>(params->frame));
     for (const auto field : kCounts) {
-        put(to, params->*field, 2);
+        to(params->*field);
     }
     for (const auto field : kFloats) {
-        uint32_t bits;
-        memcpy(&bits, &(params->*field), sizeof bits);
-        put(to, bits, 4);
+        to(params->*field);
     }
-    put(to, gpom_crc32(record, GPOM_PARAMS_RECORD_BYTES - 4), 4);
+    to(gpom_crc32(record, GPOM_PARAMS_RECORD_BYTES - 4));
     return GPOM_OK;
 }
 

@@ -50,15 +50,21 @@ template <gpom_kernel_t K>
 unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answers)
 {
     const Packet &packet = *work.packet;
-    const F offset = find_neighbours(map, work);
-    const bool in_map_frame = map.config.params.frame == GPOM_FRAME_MAP;
+    const gpom_params_t &params = map.config.params;
+    Evidence<F> evidence = {};
+    evidence.offset = find_neighbours(map, work);
+    const bool in_map_frame = params.frame == GPOM_FRAME_MAP;
     const F zero = lane::splat<F>(0.0f);
-    Answers lanes = {};
-    lanes.moments =
+    evidence.moments =
         predict<K>(map.kernel, work.points, work.gp, in_map_frame ? packet.at.x_m : zero,
                    in_map_frame ? packet.at.y_m : zero);
-    lanes.probability =
-        squash(map.config.params, lanes.moments.mean, lanes.moments.variance, offset);
+    if (params.fade_m > 0.0f) {
+        const F nearest2_m2 = lane::min(work.hits.d2[0], work.free.d2[0]);
+        evidence = faded(params, map.prior_variance, nearest2_m2, evidence);
+    }
+    Answers lanes = {};
+    lanes.moments = evidence.moments;
+    lanes.probability = squash(params, lanes.moments.mean, lanes.moments.variance, evidence.offset);
     lanes.n_hits = count_found(work.hits, work.points.n_hits);
     lanes.n_free = count_found(work.free, work.points.n_free);
     unsigned flags = 0;

@@ -21,13 +21,11 @@ constexpr float kVarianceMax = 1e12f;
 /// most this share of keep_m.
 constexpr float kSureShare = 0.25f;
 
-/// 2^32 divided by the golden ratio: multiples of it fall into different quarters of the circle, so
-/// that the two bits that stand for a time differ between times that are 1 to 4 apart, and by chance
-/// between others.
+/// 2^32 divided by the golden ratio: the quarter of the circle into which its nth multiple falls
+/// is the two bits that stand for the nth time. They always differ between times that are 1 or 4
+/// apart, almost always (94 %) 2 apart, else by chance, so that no rhythm of scans passes for one
+/// time for ever.
 constexpr uint32_t kGoldenRatio = 2654435769u;
-
-/// Beyond this excess a beam's points have no say; keeps the noise finite.
-constexpr float kExcessMax = 1e9f;
 
 // Written so that a NaN fails.
 bool is_within(double x, double limit) { return x >= -limit && x <= limit; }
@@ -186,8 +184,8 @@ float excess_of(const gpom_map &map, float var_m2)
     const float k_product =
         gpom::covariance_on_axis(params, 0.0f, 0.0f) * gpom::covariance_on_axis(params, sd_m, sd_m);
     const float rho2 = k * k / k_product;
-    if (!(rho2 > 1.0f / kExcessMax)) {
-        return kExcessMax;
+    if (!(rho2 > 1.0f / gpom::kExcessMax)) {
+        return gpom::kExcessMax;
     }
     return gpom::lane::max(1.0f / rho2 - 1.0f, 0.0f);
 }

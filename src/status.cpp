@@ -13,14 +13,14 @@ const char *gpom_status_str(gpom_status_t status)
         return "a hyperparameter is out of range";
     case GPOM_ERR_REACH:
         return "farther than GPOM_REACH_M from the map's origin";
-    case GPOM_ERR_FULL:
-        return "the map is full";
     case GPOM_ERR_PIVOT:
         return "a covariance matrix was not positive definite";
     case GPOM_ERR_FORMAT:
         return "a stored record is damaged, or of a version not known";
     case GPOM_ERR_BUSY:
         return "what was to be read kept changing meanwhile";
+    case GPOM_ERR_IO:
+        return "a callback could not write";
     }
     return "unknown status";
 }

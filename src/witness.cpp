@@ -153,7 +153,7 @@ template <class Visit> void for_each_free_at(gpom_map &map, const Point &at, con
     const float reach_m = kPassWidth * map.config.keep_m;
     bool goes_on = true;
     walk(
-        map.index, map.index.free_part, map.keeper.stack,
+        map.index, map.index.free_part, map.keeper.free_stack,
         [&](const Box &box) {
             return goes_on && box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m;
         },
@@ -182,10 +182,15 @@ void age_free(gpom_map &map, const Point &at)
     });
 }
 
-/// A scan of another time saw the hit again: one count more, and whoever saw through it erred.
+/// A scan saw the hit again: one count more if at another time, and whoever saw through it erred.
+/// One that is provisional goes on waiting if the time is its own.
 void confirm(gpom_map &map, Beam &beam)
 {
     const uint16_t time = map.keeper.time_mark;
+    const bool is_own_time = beam.stamp_ms == map.keeper.stamp_ms && beam.hit_time == time;
+    if (beam.provisional != 0 && is_own_time) {
+        return;
+    }
     const bool counted = beam.hit_against == 0 && beam.hit_time == time;
     if (beam.provisional == 0 && !counted && beam.agreed < kAgreedMax) {
         beam.agreed = (beam.agreed + 1u) & kAgreedMax;
@@ -245,7 +250,7 @@ void judge_hit(Trial &trial, uint32_t slot)
     }
     if (witnesses.ends != 0) {
         confirm(map, beam);
-        if (was_provisional) {
+        if (was_provisional && beam.provisional == 0) {
             age_free(map, at);
         }
     } else if (witnesses.passes != 0 && map.config.clear_scans > 0) {
@@ -301,7 +306,7 @@ void judge(gpom_map &map)
         }
         return false;
     };
-    walk(map.index, map.index.hit_part, map.keeper.stack, touches_any,
+    walk(map.index, map.index.hit_part, map.keeper.hit_stack, touches_any,
          [&](uint32_t slot) { judge_hit(trial, slot); });
 }
 

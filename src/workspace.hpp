@@ -42,7 +42,7 @@ struct Workspace {
 /// Neighbours of one kind to search for, of which n are chosen: more if scans are capped.
 constexpr size_t pool_size(size_t n, uint32_t scan_points_max)
 {
-    return scan_points_max > 0 ? 2 * n : n;
+    return scan_points_max > 0 ? n + n / 2 : n;
 }
 
 /// Byte offsets in the scratch; lanes first, as they are the most strictly aligned.

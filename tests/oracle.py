@@ -5,8 +5,8 @@ equation numbers are the paper's.  Nothing here is taken from the library.  Arra
 the shape (..., 2); a leading axis counts the queries that are answered together.
 
 Beyond the paper, each switched off by its neutral value: an occupied depth behind the hits, a cap
-on the points of one scan, anisotropy along the hits' main axis, and in the argument of eq. 7 a vote
-of the beams' directions and the logarithms of four distances.
+on the points of one scan, anisotropy along the hits' main axis, in the argument of eq. 7 a vote of
+the beams' directions and the logarithms of four distances, and a fading to the prior.
 """
 import csv
 import gzip
@@ -49,14 +49,15 @@ class Params:
     log_hit_last: float = 0.0   # and the last chosen hit
     log_free_first: float = 0.0
     log_free_last: float = 0.0
+    fade_m: float = 0.0        # so far from the nearest chosen point the answer is the prior
 
     def __post_init__(self):
         if math.isnan(self.sn2_free):
             self.sn2_free = self.sn2
         if self.kernel not in KERNELS or self.frame not in FRAMES:
             raise ValueError(f"unknown kernel {self.kernel!r} or frame {self.frame!r}")
-        if self.anisotropy > 0.0 and self.frame != "query":
-            raise ValueError("anisotropy needs frame = \"query\"")
+        if (self.anisotropy > 0.0 or self.fade_m > 0.0) and self.frame != "query":
+            raise ValueError("anisotropy and fade_m need frame = \"query\"")
 
 
 def load_params(path):
@@ -190,7 +191,7 @@ def nearest(offset, index, k, cap=None):
         present = np.ones(taken.shape, bool)
         margin_m = pool_end_gap(d2, order, k)
     else:
-        chosen = walk(cap.scan[index[order[:, :2 * k]]], k, cap.most)
+        chosen = walk(cap.scan[index[order[:, :k + k // 2]]], k, cap.most)
         # Chosen items come first, still in order.
         first = np.argsort(~chosen, axis=1, kind="stable")[:, :k]
         taken = np.take_along_axis(order, first, axis=1)
@@ -228,7 +229,8 @@ def capped_margin(d2, order, chosen, k, cap):
 
     An item of a scan that has its share competes with that scan's last chosen item, another one
     with the last chosen of all when k were found.  An item beyond the pool also competes with the
-    pool's last item, if one of the two would count.
+    pool's last item, if one of the two would count, and the first of them with the last chosen
+    one, which it can push out of the pool.
     """
     n_pool = chosen.shape[1]
     d_m = np.sqrt(np.take_along_axis(d2, order, axis=1))
@@ -236,6 +238,8 @@ def capped_margin(d2, order, chosen, k, cap):
     last_m = np.max(pool_m, axis=1, initial=-math.inf, where=chosen)
     complete = chosen.sum(axis=1) == k
     margin_m = np.full(len(d2), math.inf)
+    if d_m.shape[1] > n_pool:
+        margin_m = unless_tied(d_m[:, n_pool] - last_m)
     for i in range(d_m.shape[1]):
         own = chosen & (scan[:, :n_pool] == scan[:, i:i + 1])
         own_m = np.max(pool_m, axis=1, initial=-math.inf, where=own)
@@ -363,12 +367,34 @@ def evidence_of(params, beams, hits, free):
             + params.log_free_last * log_distance(chosen_distance(free, params.free - 1)))
 
 
-def prior_probability(params):
-    """Probability far from all beams, at the origin of the frame."""
+def prior_evidence(params):
+    """evidence_of() far from all beams."""
     weights = (params.log_hit_first + params.log_hit_last
                + params.log_free_first + params.log_free_last)
+    return weights * log_distance(FAR_M)
+
+
+def prior_probability(params):
+    """Probability far from all beams, at the origin of the frame."""
     kss = kernel(params, np.zeros(2), np.zeros(2))
-    return float(probability(params, 0.0, kss, weights * log_distance(FAR_M)))
+    return float(probability(params, 0.0, kss, prior_evidence(params)))
+
+
+def remaining_correlation(params, hits, free):
+    """rho (q,) between f at the query and the f that its neighbours tell of: 1 - d^2 / fade_m^2."""
+    x = np.concatenate([hits.point, free.point], axis=1)
+    present = np.concatenate([hits.present, free.present], axis=1)
+    d2 = np.min(np.sum(x**2, axis=-1), axis=1, initial=params.fade_m**2, where=present)
+    return 1.0 - d2 / params.fade_m**2
+
+
+def faded(params, rho, mean, variance, evidence):
+    """Mean, variance and evidence at a query whose f is rho times that of its neighbourhood plus
+    an independent part of variance (1 - rho^2) k**."""
+    kss = kernel(params, np.zeros(2), np.zeros(2))
+    prior = prior_evidence(params)
+    return (rho * mean, rho**2 * variance + (1.0 - rho**2) * kss,
+            rho * evidence + (1.0 - rho) * prior)
 
 
 def classify(params, p):
@@ -408,7 +434,11 @@ def query_block(params, beams, query, origin):
     # The neural network covariance is not stationary: the frame decides where its origin lies.
     at = np.zeros_like(query) if params.frame == "query" else query - origin
     mean, variance = local_gp(params, x + at[:, None], labels, noises, at)
-    p = probability(params, mean, variance, evidence_of(params, beams, hits, free))
+    evidence = evidence_of(params, beams, hits, free)
+    if params.fade_m > 0.0:
+        rho = remaining_correlation(params, hits, free)
+        mean, variance, evidence = faded(params, rho, mean, variance, evidence)
+    p = probability(params, mean, variance, evidence)
     return mean, variance, p, np.minimum(hits.margin_m, free.margin_m)
 
 

@@ -3,10 +3,10 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux tsan firmware fuzz
-lint; `base` is the first nine, `extra` the rest. Called by make, which builds what they need first. A
-failure is printed with its output, a skip with its reason. Exit code 1 if anything failed or
-nothing passed.
+Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux tsan endian firmware
+fuzz lint; `base` is the first nine, `extra` the rest. Called by make, which builds what they need
+first. A failure is printed with its output, a skip with its reason. Exit code 1 if anything failed
+or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
 program (valgrind, say; not before the one with sanitizers, which would not bear it). FUZZ_RUNS is
 the number of inputs each fuzzer tries, from its fixed seed; FUZZ_SECONDS, if given, makes it run so
@@ -29,7 +29,7 @@ SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
 BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools",
         "linux"]
-EXTRA = ["tsan", "firmware", "fuzz", "lint"]
+EXTRA = ["tsan", "endian", "firmware", "fuzz", "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
@@ -188,6 +188,11 @@ def run_tsan(results):
               ["build/host-thread/tsan_tests"], show=True)
 
 
+def run_endian(results):
+    run_check(results, "endian: snapshots have the same bytes on a big-endian processor",
+              ["tests/endian/check.py"], show=True)
+
+
 def run_firmware(results):
     code, names = run(["tests/firmware/check.py", "--list"])
     if code != 0:
@@ -243,6 +248,7 @@ SUITES = {
     "tools": lambda results: run_pytest(results, "tools"),
     "linux": run_linux,
     "tsan": run_tsan,
+    "endian": run_endian,
     "firmware": run_firmware,
     "fuzz": run_fuzz,
     "lint": run_lint,

@@ -20,6 +20,10 @@ using namespace gpom_tools;
 
 constexpr std::uint32_t kPictureColumns = 400;
 constexpr std::uint32_t kPictureRows = 300;
+constexpr double kCoarseCellsMin = 30.0;
+constexpr double kWindowWidth = 40.0; // m, as are these
+constexpr double kWindowHeight = 30.0;
+constexpr double kWindowCell = 0.1;
 
 /// A method's map as asked at the picture's raster.
 struct Pictures {
@@ -27,6 +31,14 @@ struct Pictures {
     std::vector<gpom_answer_t> map;
     std::vector<double> grid;
     std::vector<double> wide_grid;
+};
+
+/// The paper's Figs. 5 and 6: the whole area in coarse cells, and a window in fine ones.
+struct View {
+    std::string name;
+    std::vector<gpom_point_t> points;
+    std::vector<gpom_answer_t> map;
+    std::vector<double> grid; ///< Occupancy grid, widened beams, of such cells or its own if finer.
 };
 
 /// Everything measured, and what was left out and why.
@@ -130,6 +142,7 @@ nlohmann::ordered_json eval_json(const EvalOptions &options, const Trial &trial,
         json["fraction"] = options.fraction;
         json["range_max_m"] = options.range_max_m;
         json["beam_width_deg"] = options.beam_width_deg;
+        json["after_m"] = options.after_m;
     }
     json["params"] = {{"file", options.params_path}, {"text", text_of(options.params_path)}};
     const std::string map_frame = map_frame_path(options);
@@ -174,6 +187,48 @@ Pictures pictures_of(const Trial &trial, const HostMap &map, const LogOddsGrids 
     return {points, map.query(raster), ask(grids.thin, points), ask(grids.wide, points)};
 }
 
+/// Of 5, 2, 1 and 0.5 m the coarsest cell that leaves some 30 columns or rows.
+double coarse_cell(const Trial &trial)
+{
+    const double side_m = std::max(trial.high.x_m - trial.low.x_m, trial.high.y_m - trial.low.y_m);
+    for (const double cell_m : {5.0, 2.0, 1.0}) {
+        if (side_m >= kCoarseCellsMin * cell_m) {
+            return cell_m;
+        }
+    }
+    return 0.5;
+}
+
+View coarse_view(EvalOptions options, const Trial &trial, const HostMap &map)
+{
+    options.grid_cell_m = coarse_cell(trial);
+    const gpom_raster_t raster = raster_over(trial.low, trial.high, *options.grid_cell_m, 0.0);
+    const std::vector<gpom_point_t> points = cell_centres(raster);
+    return {"coarse", points, map.query(raster), ask(log_odds_grids(options, trial).wide, points)};
+}
+
+/// About the place where the robot is halfway.
+View window_view(const Trial &trial, const HostMap &map, const LogOddsGrids &grids)
+{
+    const Scan &half_way = trial.scans[trial.scans.size() / 2];
+    const gpom_point_t low = {half_way.x_m - 0.5 * kWindowWidth,
+                              half_way.y_m - 0.5 * kWindowHeight};
+    const gpom_point_t high = {low.x_m + kWindowWidth, low.y_m + kWindowHeight};
+    const gpom_raster_t raster = raster_over(low, high, kWindowCell, 0.0);
+    const std::vector<gpom_point_t> points = cell_centres(raster);
+    return {"window", points, map.query(raster), ask(grids.wide, points)};
+}
+
+void add_views(const EvalOptions &options, const Trial &trial, const HostMap &map,
+               const LogOddsGrids &grids, std::vector<FileContent> &files)
+{
+    for (const View &view : {coarse_view(options, trial, map), window_view(trial, map, grids)}) {
+        const std::string path = options.out_path + "/" + view.name;
+        files.push_back({path + ".csv", answers_csv(view.points, view.map)});
+        files.push_back({path + "_grid.csv", probabilities_csv(view.points, view.grid)});
+    }
+}
+
 std::vector<FileContent> folder_files(const EvalOptions &options, const Trial &trial,
                                       const Pictures &pictures, const Outcome &outcome)
 {
@@ -210,7 +265,7 @@ void add_rivals(const EvalOptions &options, const Trial &trial, Outcome &outcome
         outcome.methods.push_back(std::move(*exact));
     } else {
         outcome.notes.push_back("exact GP: scikit-learn is not installed; run "
-                                "tools/setup python and make tools");
+                                "tools/setup results");
     }
 }
 
@@ -245,6 +300,9 @@ void evaluate(const EvalOptions &options, const Trial &trial)
     std::vector<FileContent> files;
     if (!options.out_path.empty()) {
         files = folder_files(options, trial, pictures_of(trial, map, grids), outcome);
+        if (!trial.truth) {
+            add_views(options, trial, map, grids, files);
+        }
     }
     if (!options.json_path.empty()) {
         files.push_back({options.json_path, eval_json(options, trial, outcome).dump(1) + "\n"});
@@ -346,6 +404,10 @@ void declare_log(CLI::App &app, EvalOptions &options)
             "of 40 consecutive scans that it has never seen")
         ->check(CLI::IsMember({"beams", "runs"}))
         ->capture_default_str();
+    mode->add_option("--after-metres", options.after_m,
+                     "Leave out the first stretch of the way [m], that of gpom-learn\n"
+                     "--first-metres")
+        ->check(between(0.0, 1e9));
     mode->add_option("--beam-width-deg", options.beam_width_deg,
                      "Whole angle of the widened grid's beams [degree]")
         ->check(between(0.0, 120.0))

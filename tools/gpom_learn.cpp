@@ -26,6 +26,7 @@ struct Options {
     std::string out_path, header_path, record_path, command;
     std::string kernel = "all";
     std::string method = "lobo";
+    std::string fixed;
     std::optional<std::string> model; ///< Absent: full, with lml paper.
     std::uint64_t seed = 0;
     std::optional<double> fraction; ///< Absent: 0.04 of a log, all of a street.
@@ -93,6 +94,10 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--model", options.model,
                    "What may leave its neutral value: paper (nothing), full, or a comma list\n"
                    "of noise, anisotropy, vote, logs, depth, cap [full; lml knows paper alone]");
+    app.add_option("--fix", options.fixed,
+                   "Keep at a value, not search for: a comma list of fade_m=, gap_m=, depth_m=,\n"
+                   "scan_points_max=; without it fade_m is 0 (the map never fades to its prior)")
+        ->type_name("NAME=VALUE");
     app.add_option("--hits", options.n_hits, "Nearest hits per query")
         ->check(CLI::Range(1, 63))
         ->capture_default_str();
@@ -156,7 +161,12 @@ FitOptions fit_options(const Options &options)
     if (lml && model != "paper") {
         throw std::runtime_error("--model: with --method lml it can only be paper");
     }
-    return {parse_ingredients(model), options.ell_max_m, options.n_hits, options.n_free, 0};
+    if (lml && !options.fixed.empty()) {
+        throw std::runtime_error("--fix: not with --method lml");
+    }
+    return {parse_ingredients(model), parse_fixed(options.fixed),
+            options.ell_max_m,        options.n_hits,
+            options.n_free,           0};
 }
 
 LmlOptions lml_options(const Options &options)

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Pictures of what gpom-eval wrote: the map beside its rivals, as in the paper's Figs. 2 and 3.
+"""Pictures of what gpom-eval wrote: the map beside its rivals, as in the paper's Figs. 2 to 6.
 
 Makes map.png (truth, hits, occupancy grid, variance, probability, classes) and roc.png (ROC curves
-and reliability).
+and reliability); of a log also coarse.png (the whole area in coarse cells, grid beside map) and
+window.png (a part of it in cells of 0.1 m, with the variance).
 """
 import argparse
 import csv
@@ -170,6 +171,76 @@ def map_figure(folder, report):
     return figure
 
 
+# ---- a log from afar and from near, as Figs. 4 to 6 ---------------------------------------------
+
+def read_view(folder, name):
+    """Images of one view: probability and variance of the map, probability of the grid."""
+    (probability, variance), extent = read_raster(folder / f"{name}.csv", "probability", "variance")
+    (grid,), _ = read_raster(folder / f"{name}_grid.csv", "probability")
+    return probability, variance, grid, extent
+
+
+def draw_hits(axes, hits, kept, size):
+    axes.plot(hits["x"][kept], hits["y"][kept], ".", color="tab:blue", markersize=size,
+              label="returns in the map")
+
+
+def label_axes(panels, extent):
+    for axes in panels.flat:
+        axes.set(aspect="equal", xlim=extent[:2], ylim=extent[2:], xlabel="x [m]", ylabel="y [m]")
+
+
+def cell_of(image, extent):
+    return (extent[1] - extent[0]) / image.shape[1]
+
+
+def coarse_figure(folder):
+    probability, _, grid, extent = read_view(folder, "coarse")
+    window = read_view(folder, "window")[-1]
+    hits, poses = read_columns(folder / "hits.csv"), read_columns(folder / "poses.csv")
+    figure, panels = plt.subplots(2, 2, figsize=(15, 14), layout="constrained")
+    (ground, points), (rival, chance) = panels
+    ground.plot(hits["x"], hits["y"], ",", color="0.45", alpha=0.5)
+    ground.plot(poses["x"], poses["y"], color="red", linewidth=1.2, label="way of the robot")
+    ground.set_title("(a) All returns")
+    draw_hits(points, hits, hits["in_map"] > 0, 1.5)
+    points.add_patch(plt.Rectangle((window[0], window[2]), window[1] - window[0],
+                                   window[3] - window[2], fill=False, color="red",
+                                   label="area of window.png"))
+    points.set_title("(b) What the map gets")
+    for axes in (ground, points):
+        axes.legend(loc="upper right")
+    cell = f"{cell_of(probability, extent):.1f} m"
+    show_probability(rival, grid, extent)
+    rival.set_title(f"(c) Occupancy grid, cells of {cell} (grey 0.5: unknown)")
+    show_probability(chance, probability, extent)
+    chance.set_title(f"(d) GP asked every {cell} (grey: unknown)")
+    label_axes(panels, extent)
+    return figure
+
+
+def window_figure(folder):
+    probability, variance, grid, extent = read_view(folder, "window")
+    hits = read_columns(folder / "hits.csv")
+    figure, panels = plt.subplots(2, 2, figsize=(17, 13), layout="constrained")
+    (points, rival), (chance, spread) = panels
+    others = hits["in_map"] == 0
+    points.plot(hits["x"][others], hits["y"][others], ".", color="0.75", markersize=1.5,
+                label="returns left out")
+    draw_hits(points, hits, ~others, 5)
+    points.legend(loc="upper right")
+    points.set_title("(a) Laser returns")
+    show_probability(rival, grid, extent)
+    rival.set_title("(b) Occupancy grid, widened beams (grey 0.5: unknown)")
+    cell = f"{cell_of(probability, extent):.1f} m"
+    show_probability(chance, probability, extent)
+    chance.set_title(f"(c) GP asked every {cell} (grey: unknown)")
+    colour_bar(spread, show(spread, variance, extent, cmap="viridis"), "variance [1]")
+    spread.set_title("(d) GP: predictive variance")
+    label_axes(panels, extent)
+    return figure
+
+
 # ---- ROC and reliability, as Fig. 3 -------------------------------------------------------------
 
 def draw_roc(axes, methods, part):
@@ -234,6 +305,9 @@ def plot(folder, out):
         raise InputError(f"{folder}: no such folder; give what gpom-eval --out wrote")
     report = read_report(folder / "eval.json")
     figures = {out / "map.png": map_figure(folder, report), out / "roc.png": roc_figure(report)}
+    if report["mode"] == "log":
+        figures[out / "coarse.png"] = coarse_figure(folder)
+        figures[out / "window.png"] = window_figure(folder)
     out.mkdir(parents=True, exist_ok=True)
     save(figures)
     for path in figures:

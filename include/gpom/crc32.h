@@ -7,19 +7,31 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** CRC-32 of n_bytes bytes; 0 for none. Bit by bit, 8 steps a byte: tables cost flash. In the
- *  header, so that core and ports share it without one linking the other. */
-static inline uint32_t gpom_crc32(const uint8_t *bytes, size_t n_bytes)
+/** What gpom_crc32() gives for the bytes so far (crc_so_far; 0 for none) and n_bytes that follow.
+ *  Four bits at a time: 2 steps a byte, a table of 64 bytes. In the header, so that core and ports
+ *  share it without one linking the other. */
+static inline uint32_t gpom_crc32_continue(uint32_t crc_so_far, const uint8_t *bytes,
+                                           size_t n_bytes)
 {
-    uint32_t crc = UINT32_MAX;
+    /* What four steps of the shift register make of the low bits. */
+    static const uint32_t table[16] = {
+        UINT32_C(0x00000000), UINT32_C(0x1db71064), UINT32_C(0x3b6e20c8), UINT32_C(0x26d930ac),
+        UINT32_C(0x76dc4190), UINT32_C(0x6b6b51f4), UINT32_C(0x4db26158), UINT32_C(0x5005713c),
+        UINT32_C(0xedb88320), UINT32_C(0xf00f9344), UINT32_C(0xd6d6a3e8), UINT32_C(0xcb61b38c),
+        UINT32_C(0x9b64c2b0), UINT32_C(0x86d3d2d4), UINT32_C(0xa00ae278), UINT32_C(0xbdbdf21c)};
+    uint32_t crc = ~crc_so_far;
     for (size_t i = 0; i < n_bytes; ++i) {
         crc ^= bytes[i];
-        for (int bit = 0; bit < 8; ++bit) {
-            const uint32_t polynomial = (crc & 1u) != 0 ? UINT32_C(0xedb88320) : 0u;
-            crc = (crc >> 1) ^ polynomial;
-        }
+        crc = (crc >> 4) ^ table[crc & 15u];
+        crc = (crc >> 4) ^ table[crc & 15u];
     }
     return ~crc;
+}
+
+/** CRC-32 of n_bytes bytes; 0 for none. */
+static inline uint32_t gpom_crc32(const uint8_t *bytes, size_t n_bytes)
+{
+    return gpom_crc32_continue(0, bytes, n_bytes);
 }
 
 #endif

@@ -146,8 +146,8 @@ GPOM_API uint32_t gpom_map_beam_count(const gpom_map_t *map);
 /** Slots of the beam store in use, from 0 on; some may be empty. 0 for NULL. */
 GPOM_API uint32_t gpom_map_slot_count(const gpom_map_t *map);
 
-/** Copy the beam in slot `i_slot` (0 .. gpom_map_slot_count() - 1); one that is neither hit nor free
- *  is an empty slot. While nothing was removed, slots are in order of insertion. */
+/** Copy the beam in slot `i_slot` (0 .. gpom_map_slot_count() - 1); one that is neither hit nor
+ *  free is an empty slot. While nothing was removed, slots are in order of insertion. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot,
                                                     gpom_beam_t *beam);
 

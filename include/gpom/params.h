@@ -56,7 +56,7 @@ typedef struct {
     /* Beyond the paper's model; 0, the default, leaves each out exactly. See DESIGN.md, 4. */
 
     uint16_t scan_points_max; /**< Of each kind at most this many points of one scan, out of the
-                                   2 n nearest; 0 .. 64, 0: no cap. */
+                                   n + n / 2 nearest; 0 .. 64, 0: no cap. */
     float depth_m;            /**< Occupied part of a hit: from it on this far [m]; 0 .. 5. */
     float anisotropy;         /**< Distances along the main axis of the chosen hits shrink by the
                                    factor 1 - anisotropy (1 - sqrt(l2 / l1)), l1 and l2 being their
@@ -69,6 +69,9 @@ typedef struct {
     float log_hit_last;       /**< The same of the n_hits-th hit. */
     float log_free_first;     /**< The same of the nearest free point. */
     float log_free_last;      /**< The same of the n_free-th free point. */
+    float fade_m;             /**< What the neighbours say fades with the distance d [m] to the
+                                   nearest of them by 1 - d^2 / fade_m^2: from here on the answer is
+                                   the prior. 0.1 .. 1e6, 0: never; 0 in the map frame. */
 } gpom_params_t;
 
 /** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt ones are better. */
@@ -91,7 +94,7 @@ GPOM_API float gpom_params_prior_probability(const gpom_params_t *params);
 
 /** Bytes of a stored record of hyperparameters: magic, version, fields in little-endian order on
  *  every processor, CRC-32. */
-#define GPOM_PARAMS_RECORD_BYTES 90u
+#define GPOM_PARAMS_RECORD_BYTES 94u
 
 /** Write a record of GPOM_PARAMS_RECORD_BYTES, for a file or a flash page.
  *
@@ -100,6 +103,7 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_save(const gpom_params_t *para
                                                        uint8_t *record);
 
 /** Read a record and check every field. Any bytes are safe; *params changes only on GPOM_OK.
+ *  Records of another version, older ones too, are refused: learn again, or write the TOML anew.
  *
  *  problem  as in gpom_params_check().
  *  Errors   GPOM_ERR_ARG (null), GPOM_ERR_FORMAT (size, magic, version or CRC), GPOM_ERR_PARAMS. */

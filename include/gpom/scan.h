@@ -59,15 +59,16 @@ typedef struct {
 GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
 
 /** Insert a scan; a query right after sees it. Readings that cannot be used are counted by cause in
- *  gpom_stats_t and ignored. Position uncertainty at the hit (pose covariance and range variance)
- *  raises the noise of the beam's points: with standard deviation d and rho the prior correlation
- *  over the distance d, y = f(x) + e seen at an unsure place has noise
- *  (sn2 + (1 - rho^2) k(x, x)) / rho^2.
+ *  gpom_stats_t and ignored. A full map never refuses: less useful beams make room, or the new ones
+ *  that are worth no more stay out; both are counted (beams_evicted, beams_redundant).
+ *
+ *  Position uncertainty at the hit (pose covariance and range variance) raises the noise of the
+ *  beam's points: with standard deviation d and rho the prior correlation over the distance d,
+ *  y = f(x) + e seen at an unsure place has noise (sn2 + (1 - rho^2) k(x, x)) / rho^2.
  *
  *  Errors  GPOM_ERR_ARG    null, or a field of sensor or scan out of range; map unchanged.
  *          GPOM_ERR_ARG    pose not finite or covariance not valid; counted, map unchanged.
  *          GPOM_ERR_REACH  sensor beyond GPOM_REACH_M of the origin; counted, map unchanged.
- *          GPOM_ERR_FULL   the first beams that fitted are in, the rest counted.
  *  Cost    O(n_ranges (1 + n_masks)), 60 arithmetic operations a beam. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
                                                        const gpom_sensor_t *sensor,

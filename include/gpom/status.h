@@ -31,10 +31,10 @@ typedef enum {
     GPOM_ERR_MEM = -2,    /**< Caller's memory is null, misaligned or too small. */
     GPOM_ERR_PARAMS = -3, /**< A hyperparameter is refused; gpom_params_check() names it. */
     GPOM_ERR_REACH = -4,  /**< Farther than GPOM_REACH_M from the map's origin. */
-    GPOM_ERR_FULL = -5,   /**< The map holds beam_max beams; what did not fit was counted. */
     GPOM_ERR_PIVOT = -6,  /**< A covariance matrix was not positive definite; see gpom_answer_t. */
     GPOM_ERR_FORMAT = -7, /**< A stored record is damaged, or of a version not known. */
-    GPOM_ERR_BUSY = -8    /**< What was to be read kept changing meanwhile; call again. */
+    GPOM_ERR_BUSY = -8,   /**< What was to be read kept changing meanwhile; call again. */
+    GPOM_ERR_IO = -9      /**< A callback of the caller's could not write. */
 } gpom_status_t;
 
 /** One line of English for a status; never NULL, static storage. */

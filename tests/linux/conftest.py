@@ -108,7 +108,8 @@ status_s = 0.1
 {publish}
 {rest}
 """
-DEFAULTS = {"params": ROOT / "tools" / "params" / "street.toml", "top": "", "sensors": '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0',
+DEFAULTS = {"params": ROOT / "tools" / "params" / "street.toml", "top": "",
+            "sensors": '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0',
             "map": "beam_max = 8000", "intake": "", "publish": "", "rest": "",
             "raster": "cell_m = 1.0\nnx = 70\nny = 60\ncorner = [0.0, 50.0]"}
 

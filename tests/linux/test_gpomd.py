@@ -93,7 +93,8 @@ def test_tiles_carry_corner_keyframe_and_order(start, peer):
     """Half a cell or a tile in the wrong place would show here."""
     start(raster="cell_m = 0.5\nnx = 60\nny = 55\ncorner = [12.0, 70.5]")
     watch, tiles = Watch(URL), []
-    watch.bus.subscribe("GPOM_MAP", lambda _, data: tiles.append(peer.type("gpom.map_t").decode(data)))
+    watch.bus.subscribe("GPOM_MAP", lambda _, data: tiles.append(
+        peer.type("gpom.map_t").decode(data)))
     watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
     wait_until(watch, lambda: watch.map.is_whole)
     first = tiles[:9]
@@ -316,7 +317,7 @@ def test_other_families_scans_give_the_same_map(family, start, street, tmp_path)
 
 
 def test_beams_with_times_of_their_own_are_placed_where_the_robot_was(start, peer):
-    """A robot that drives at 10 m/s past a wall at y = 85: straight only if each beam has its pose."""
+    """A robot drives at 10 m/s past a wall at y = 85: straight only if each beam has its pose."""
     start(**FOREIGN["mbot"], raster="cell_m = 0.25\nnx = 160\nny = 40\ncorner = [10.0, 77.0]")
     watch, duration_us, n = Watch(URL), 500_000, 101
     for i in range(61):
@@ -551,7 +552,7 @@ def test_memory_is_taken_at_start_and_stays(start, street):
     assert watch.status["process_bytes"] - before < 2_000_000  # liblcm's buffers
 
 
-# ---- gpom-watch and gpom-replay -------------------------------------------------------------------
+# ---- gpom-watch ---------------------------------------------------------------------------------
 
 def test_gpom_watch_draws_the_map_and_prints_it(start, street, tmp_path):
     start()

@@ -335,6 +335,8 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
                   "| seattle | strong grid |", "| **mean** | OctoMap |"):
         assert words in text
     assert text.count("```\ngpom-") == 5
+    assert "--method lml --out $STREETS/seattle-0.04-seed-$SEED/lml.toml" in text
+    assert "| seattle | GP, lml |" in text and "| best |" in text
     assert "gpom-learn --scans $DATA/seattle.log.gz" in text
 
 
@@ -414,7 +416,8 @@ def test_pictures_of_a_street_are_drawn(run, street_eval, tmp_path):
 def test_pictures_of_a_log_are_drawn(run, intel_eval, tmp_path):
     done = run("gpom-plot", intel_eval, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    assert {path.name for path in tmp_path.iterdir()} == {"map.png", "roc.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {"map.png", "roc.png", "coarse.png",
+                                                          "window.png"}
 
 
 @pytest.mark.parametrize("name", sorted(FILES - {"points.csv", "grid.csv"} | {"truth.pgm"}))
@@ -457,6 +460,27 @@ def test_the_demo_draws_a_street_and_names_its_pictures(tool):
     pictures = [pathlib.Path(line) for line in done.stdout.splitlines() if line.endswith(".png")]
     assert [path.name for path in pictures] == ["map.png", "roc.png"]
     assert all(path.is_absolute() and path.is_file() for path in pictures)
+
+
+def test_the_demo_learns_on_the_first_metres_of_a_log_and_maps_the_rest(tool, log):
+    done = demo(tool, log("campus-west.log.gz"))
+    assert done.returncode == 0, done.stderr
+    pictures = [pathlib.Path(line) for line in done.stdout.splitlines() if line.endswith(".png")]
+    assert [path.name for path in pictures] == ["map.png", "roc.png", "coarse.png", "window.png"]
+    folder = pictures[0].parent
+    assert "--first-metres 100" in (folder / "learnt.toml").read_text(encoding="utf-8")
+    report = report_of(folder)
+    assert report["after_m"] == 100 and report["fraction"] == 0.04
+    for name, cell_m in (("coarse", 5.0), ("window", 0.1)):
+        x = np.unique(numbers(columns_of(folder / f"{name}.csv"), "x"))
+        assert np.allclose(np.diff(x), cell_m, atol=2e-4)
+    assert report["by_key"]["gp_query"]["all"]["nll"] < report["by_key"]["wide_grid"]["all"]["nll"]
+
+
+def test_the_way_must_be_longer_than_what_is_left_out(run, log, tmp_path):
+    done = run("gpom-eval", "log", "--scans", log("csail.log.gz"), "--params",
+               PARAMS / "indoor.toml", "--after-metres", 1e6)
+    refused(done, "gpom-eval", "--after-metres")
 
 
 def test_the_demo_refuses_a_missing_log(tool):

@@ -135,7 +135,7 @@ def test_learning_twice_writes_the_same_bytes(run, csail):
 
 def test_the_record_is_whole(csail):
     record = (csail[0] / "learnt.bin").read_bytes()
-    assert len(record) == 90 and record[:6] == b"GPMP\x01\x00"
+    assert len(record) == 94 and record[:6] == b"GPMP\x02\x00"
     assert int.from_bytes(record[-4:], "little") == zlib.crc32(record[:-4])
 
 
@@ -144,6 +144,15 @@ def test_the_file_says_how_it_was_learnt_without_folders(csail):
     head = (folder / "p.toml").read_text(encoding="utf-8").splitlines()[:4]
     assert "--scans csail.log.gz" in head[0] and str(folder) not in "".join(head)
     assert "NLL" in "".join(head) and "Prior probability" in "".join(head)
+
+
+def test_what_is_fixed_stays_and_is_not_searched_for(run, log, tmp_path):
+    done = run("gpom-learn", "--scans", log("csail.log.gz"), "--out", tmp_path / "p.toml",
+               "--kernel", "matern12", *QUICK, "--fix", "gap_m=0.25,fade_m=12")
+    assert done.returncode == 0, done.stderr
+    table = table_of(tmp_path / "p.toml")
+    assert table["gap_m"] == 0.25 and table["fade_m"] == 12.0
+    assert "gap_m = 0" not in done.stdout.split("# Learnt by")[0]
 
 
 @pytest.mark.parametrize("compiler", [["cc", "-std=c99"], ["c++", "-std=c++17"]])
@@ -175,6 +184,13 @@ def test_the_header_gives_firmware_the_same_numbers(tool, csail, compiler):
     (["--fraction", 2], "--fraction"),
     (["--method", "lml", "--points", 5000], "at most 1000"),
     (["--method", "lml", "--model", "full"], "can only be paper"),
+    (["--method", "lml", "--fix", "fade_m=20"], "--fix"),
+    (["--fix", "fade_m"], "not name=value"),
+    (["--fix", "fade_m=far"], "not name=value"),
+    (["--fix", "vote=1"], "only fade_m"),
+    (["--fix", "scan_points_max=1.5"], "only fade_m"),
+    (["--fix", "fade_m=0.01"], "fade_m: must be"),
+    (["--fix", "gap_m=0.1,depth_m=9"], "depth_m: must be"),
     (["--points", "many"], "--points"),
 ])
 def test_bad_arguments_are_one_line_and_nothing_is_written(run, street, tmp_path, more, complaint):

@@ -37,7 +37,9 @@ ADDITIONS = {  # to the paper's model
     "anisotropy": {"anisotropy": 0.75},
     "vote": {"vote": 1.25},
     "logarithms": LOG_WEIGHTS,
-    "all": {"depth_m": 1.0, "scan_points_max": 3, "anisotropy": 0.5, "vote": 0.75, **LOG_WEIGHTS},
+    "fade": {"fade_m": 6.0},
+    "all": {"depth_m": 1.0, "scan_points_max": 3, "anisotropy": 0.5, "vote": 0.75, "fade_m": 15.0,
+            **LOG_WEIGHTS},
 }
 EXTENDED = [("matern12", name) for name in ADDITIONS] + [("nn", "all")]
 
@@ -129,7 +131,8 @@ def assert_same_answers(a, b, tolerance=0.0):
 # A cap of as many points as are asked for never binds; a depth or a shrinking of next to nothing
 # changes next to nothing.
 @pytest.mark.parametrize("change", [{"scan_points_max": 64}, {"scan_points_max": 8},
-                                    {"depth_m": 1e-12}, {"anisotropy": 1e-12}, {"vote": 1e-12}],
+                                    {"depth_m": 1e-12}, {"anisotropy": 1e-12}, {"vote": 1e-12},
+                                    {"fade_m": 1e7}],
                          ids=lambda change: next(iter(change)))
 def test_oracle_additions_reach_the_plain_model_continuously(change):
     query = np.random.default_rng(4).uniform(-15, 15, (300, 2))
@@ -166,7 +169,7 @@ def test_oracle_occupied_part_is_the_segment_behind_the_hit():
 def capped_by_hand(d2, scan, k, most):
     """The definition of the cap for one query, item by item."""
     chosen = []
-    for i in sorted(range(len(d2)), key=lambda i: (d2[i], i))[:2 * k]:
+    for i in sorted(range(len(d2)), key=lambda i: (d2[i], i))[:k + k // 2]:
         if len(chosen) < k and [scan[j] for j in chosen].count(scan[i]) < most:
             chosen.append(i)
     return chosen
@@ -235,6 +238,22 @@ def test_oracle_argument_of_eq_7_is_the_sum_of_its_terms():
     z += -0.2 * math.log(2.02 / 30.02) + 0.15 * math.log(2.12 / 30.02)
     expected = statistics.NormalDist().cdf(z / math.sqrt(1.0 + 9.0 * plain.variance[0]))
     assert both.probability[0] == pytest.approx(expected, abs=1e-12)
+
+
+# One beam along x, its hit at x = 5 m: 3 m from a point the latent f keeps the correlation
+# 1 - 9 / 36 over a fade of 6 m.
+def test_oracle_fade_is_a_mixture_with_the_prior():
+    rows = [[0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 90.0, 5.0]]
+    query = [(2.0, 3.0), (2.0, 6.0), (5.0, 0.0)]
+    plain = oracle_answers(rows, query, **LOG_WEIGHTS)
+    got = oracle_answers(rows, query, fade_m=6.0, **LOG_WEIGHTS)
+    assert got.mean[0] == pytest.approx(0.75 * plain.mean[0], rel=1e-12)
+    assert 1.0 - got.variance[0] == pytest.approx(0.75**2 * (1.0 - plain.variance[0]), rel=1e-12)
+    prior = oracle.prior_probability(oracle.Params(sf2=1.0, ell_m=6.0, alpha=3.0, beta=0.1,
+                                                   **LOG_WEIGHTS))
+    assert (got.mean[1], got.variance[1]) == (0.0, 1.0)
+    assert got.probability[1] == pytest.approx(prior, abs=1e-12)
+    assert got.probability[2] == pytest.approx(plain.probability[2], abs=1e-12)
 
 
 def test_oracle_prior_probability_is_the_answer_far_from_all_beams_and_without_any():
@@ -307,7 +326,7 @@ def compared(run, folder, street, params_path, points):
     assert np.allclose(at, points, atol=1e-3)
     expected = oracle.query_map(params, oracle.read_beams(street, params), points)
     clear = clear_choice(expected.margin_m, points)
-    assert clear.mean() > 0.98
+    assert clear.mean() > 0.97  # a capped pool has one more edge, where a tie is unclear
     return params, got, expected, clear
 
 
@@ -536,6 +555,9 @@ BAD_PARAMS = {  # what replaces what in the good file, and the field the message
     "negative anisotropy": ("beta =", "anisotropy = -0.1\nbeta =", "anisotropy"),
     "anisotropy NaN": ("beta =", "anisotropy = nan\nbeta =", "anisotropy"),
     "anisotropy in the map frame": ('"query"', '"map"\nanisotropy = 0.5', "anisotropy"),
+    "negative fade": ("beta =", "fade_m = -1.0\nbeta =", "fade_m"),
+    "fade of next to nothing": ("beta =", "fade_m = 0.01\nbeta =", "fade_m"),
+    "fade in the map frame": ('"query"', '"map"\nfade_m = 20.0', "fade_m"),
     "negative depth": ("beta =", "depth_m = -0.1\nbeta =", "depth_m"),
     "depth above 5 m": ("beta =", "depth_m = 5.1\nbeta =", "depth_m"),
     "cap above 64": ("beta =", "scan_points_max = 65\nbeta =", "scan_points_max"),

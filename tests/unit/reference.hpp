@@ -214,12 +214,16 @@ struct Beam {
     bool is_hit;
     double hit_noise, free_noise;
     std::uint32_t id;
+    bool is_free = true;
+    bool returned = is_hit; ///< A gap is left before its end.
 };
 
+/// What queries see of a kept beam.
 inline Beam beam_of(const gpom_beam_t &b)
 {
-    return {{b.x_m, b.y_m}, {b.dir_x, b.dir_y}, b.range_m, b.is_hit == 1,
-            b.hit_noise,    b.free_noise,       b.id};
+    return {{b.x_m, b.y_m}, {b.dir_x, b.dir_y}, b.range_m, b.is_hit == 1 && b.provisional == 0,
+            b.hit_noise,    b.free_noise,       b.id,      b.is_free == 1,
+            b.returned == 1};
 }
 
 struct Neighbour {
@@ -258,12 +262,14 @@ inline Neighbourhood neighbourhood_of(const gpom_params_t &p, const std::vector<
 {
     std::vector<Neighbour> hits, free;
     for (const Beam &b : beams) {
-        const double length =
-            b.is_hit ? std::max(0.0, b.range - static_cast<double>(p.gap_m)) : b.range;
-        const double along = (q.x - b.origin.x) * b.dir.x + (q.y - b.origin.y) * b.dir.y;
-        const double t = std::clamp(along, 0.0, length);
-        const Xy foot = {b.origin.x + t * b.dir.x, b.origin.y + t * b.dir.y};
-        free.push_back({foot, std::hypot(foot.x - q.x, foot.y - q.y), b.free_noise, b.id});
+        if (b.is_free) {
+            const double length =
+                b.returned ? std::max(0.0, b.range - static_cast<double>(p.gap_m)) : b.range;
+            const double along = (q.x - b.origin.x) * b.dir.x + (q.y - b.origin.y) * b.dir.y;
+            const double t = std::clamp(along, 0.0, length);
+            const Xy foot = {b.origin.x + t * b.dir.x, b.origin.y + t * b.dir.y};
+            free.push_back({foot, std::hypot(foot.x - q.x, foot.y - q.y), b.free_noise, b.id});
+        }
         if (b.is_hit) {
             const Xy hit = {b.origin.x + b.range * b.dir.x, b.origin.y + b.range * b.dir.y};
             hits.push_back({hit, std::hypot(hit.x - q.x, hit.y - q.y), b.hit_noise, b.id});
@@ -332,12 +338,18 @@ public:
         return stats;
     }
 
+    /// All kept beams, slot by slot.
     std::vector<gpom_beam_t> beams() const
     {
-        std::vector<gpom_beam_t> all(gpom_map_beam_count(map_));
-        for (std::uint32_t i = 0; i < all.size(); ++i) {
-            REQUIRE(gpom_map_beam(map_, i, &all[i]) == GPOM_OK);
+        std::vector<gpom_beam_t> all;
+        for (std::uint32_t i = 0; i < gpom_map_slot_count(map_); ++i) {
+            gpom_beam_t beam;
+            REQUIRE(gpom_map_beam(map_, i, &beam) == GPOM_OK);
+            if (beam.is_hit == 1 || beam.is_free == 1) {
+                all.push_back(beam);
+            }
         }
+        REQUIRE(all.size() == gpom_map_beam_count(map_));
         return all;
     }
 

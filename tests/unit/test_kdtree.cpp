@@ -24,7 +24,8 @@ gpom::Beam make_beam(Xy origin, double yaw_rad, double range_m, bool is_hit)
     beam.dir_x = static_cast<float>(std::cos(yaw_rad));
     beam.dir_y = static_cast<float>(std::sin(yaw_rad));
     beam.range_m = static_cast<float>(range_m);
-    beam.is_hit = is_hit ? 1 : 0;
+    beam.returned = beam.has_hit = is_hit ? 1 : 0;
+    beam.has_free = 1;
     return beam;
 }
 
@@ -110,7 +111,8 @@ constexpr gpom::HitPart kHits = {0.0f};
 constexpr gpom::HitPart kDeepHits = {0.7f};
 constexpr gpom::FreePart kFree = {kGap_m};
 
-/// A built tree with its arrays.
+/// A built tree with its arrays. Built in slices of any size, each within its budget, all together
+/// within the header's bound.
 struct Tree {
     std::vector<gpom::Beam> beams;
     std::vector<gpom::Box> boxes;
@@ -120,19 +122,24 @@ struct Tree {
 
 template <class Part>
 Tree build(const std::vector<gpom::Beam> &beams, const std::vector<std::uint32_t> &slots,
-           const Part &part)
+           const Part &part, std::uint32_t slice = UINT32_MAX)
 {
     const auto n = static_cast<std::uint32_t>(slots.size());
     Tree made = {beams, std::vector<gpom::Box>(gpom::node_count(n) + 1), slots, {}};
     std::memset(static_cast<void *>(made.boxes.data()), 0, made.boxes.size() * sizeof(gpom::Box));
     made.slots.push_back(0); // never an empty array
-    made.tree = {made.beams.data(), made.boxes.data(), made.slots.data(), n};
-    Subtree stack[gpom::kDepthMax];
-    if constexpr (std::is_same_v<Part, gpom::HitPart>) {
-        gpom::build_hit_tree(made.tree, part, stack);
-    } else {
-        gpom::build_free_tree(made.tree, part, stack);
+    made.tree = {made.beams.data(), made.boxes.data(), made.slots.data(), n, UINT32_MAX};
+    gpom::TreeBuild under_way;
+    gpom::start_build(under_way, made.tree);
+    std::uint64_t n_operations = 0;
+    while (!gpom::is_done(under_way)) {
+        const std::uint32_t used = gpom::build_some(under_way, made.tree, part, slice);
+        REQUIRE(used >= 1);
+        REQUIRE(used <= slice);
+        n_operations += used;
     }
+    const double levels = std::ceil(std::log2(std::max(1u, gpom::leaf_count(n))));
+    CHECK(static_cast<double>(n_operations) <= 1.0 * n * (1.0 + levels * (gpom::kSplitsMax + 1.0)));
     return made;
 }
 
@@ -141,7 +148,7 @@ template <class Part> std::vector<std::uint32_t> members(const std::vector<gpom:
 {
     std::vector<std::uint32_t> slots;
     for (std::uint32_t i = 0; i < beams.size(); ++i) {
-        if (std::is_same_v<Part, gpom::FreePart> || beams[i].is_hit != 0) {
+        if (Part::is_in(beams[i])) {
             slots.push_back(i);
         }
     }
@@ -161,7 +168,7 @@ double true_distance(const gpom::Beam &b, Xy q, double depth_m)
 {
     const double range = b.range_m;
     const double length =
-        b.is_hit != 0 ? std::max(0.0, range - static_cast<double>(kGap_m)) : range;
+        b.returned != 0 ? std::max(0.0, range - static_cast<double>(kGap_m)) : range;
     const double along = (q.x - static_cast<double>(b.x_m)) * static_cast<double>(b.dir_x) +
                          (q.y - static_cast<double>(b.y_m)) * static_cast<double>(b.dir_y);
     const double t =
@@ -325,9 +332,9 @@ template <class Part> void check_permuted(const World &world, std::uint32_t n, c
     const std::vector<gpom::Beam> beams = beams_of(world, n);
     std::vector<std::uint32_t> slots = members<Part>(beams);
     const Tree tree = build(beams, slots, part);
-    for (int round = 0; round < 3; ++round) {
+    for (const std::uint32_t slice : {UINT32_MAX, 1u, 7u, 100u}) {
         std::shuffle(slots.begin(), slots.end(), random.bits);
-        const Tree again = build(beams, slots, part);
+        const Tree again = build(beams, slots, part, slice);
         CHECK(std::memcmp(again.boxes.data(), tree.boxes.data(),
                           tree.boxes.size() * sizeof(gpom::Box)) == 0);
     }
@@ -387,8 +394,9 @@ TEST_CASE("each box contains the items below it")
     });
 }
 
-// The boxes depend on the set of beams alone, not on the order in which they are given.
-TEST_CASE("building from a permuted order gives the same boxes")
+// The boxes depend on the set of beams alone, not on the order in which they are given nor on the
+// slices in which the tree is built.
+TEST_CASE("building from a permuted order or in slices gives the same boxes")
 {
     for_all_worlds([](const World &world, std::uint32_t n) {
         check_permuted(world, n, kHits);

@@ -72,6 +72,7 @@ LearntParams busy_params(gpom_kernel_t kernel)
     params.anisotropy = 0.55;
     params.vote = 0.7;
     params.log_weights = {0.3, -0.2, 0.15, -0.4};
+    params.fade_m = 7.0;
     return params;
 }
 
@@ -354,11 +355,11 @@ TEST_CASE("a place's own beam is not in its neighbourhood")
     CHECK(left_out[0].probability != predictions_of(params, {world}, places, 1)[0].probability);
 }
 
-TEST_CASE("no scan gives more points than the cap, and none from beyond twice the nearest")
+TEST_CASE("no scan gives more points than the cap, and none from beyond half more of the nearest")
 {
     const std::size_t n = 4;
-    LearnWorld world; // scan 0 gives the seven nearest hits, scans 1 to 9 one each behind them
-    for (int i = 0; i < 7; ++i) {
+    LearnWorld world; // scan 0 gives the five nearest hits, scans 1 to 9 one each behind them
+    for (int i = 0; i < 5; ++i) {
         world.push_back({0.0, 0.0, 1.0, 0.0, 1.0 + 0.01 * i, 0, true});
     }
     for (std::size_t i = 1; i < 10; ++i) {
@@ -374,7 +375,7 @@ TEST_CASE("no scan gives more points than the cap, and none from beyond twice th
         return n_hits;
     };
     CHECK(count_hits(0) == 4);
-    CHECK(count_hits(2) == 3); // of 8: two of scan 0, one of scan 1; fewer than n remain
+    CHECK(count_hits(2) == 3); // of 6: two of scan 0, one of scan 1; fewer than n remain
     CHECK(count_hits(4) == 4);
 }
 
@@ -429,6 +430,7 @@ TEST_CASE("leave-one-out moments are those of the map without the point")
     const LearnWorld world = random_world(random, 8);
     LearntParams params = busy_params(GPOM_KERNEL_MATERN32);
     params.anisotropy = 0.0;
+    params.fade_m = 0.0;
     const Neighbourhood subset = random_subset(world, 0.1, 20, 11);
     ModelWork work;
     const std::vector<LatentMoments> moments = left_out_moments(params, subset, work);
@@ -523,6 +525,7 @@ TEST_CASE("written parameters are read back, neutral ones and others")
             CHECK(read.depth_m == doctest::Approx(direct.depth_m).epsilon(1e-5));
             CHECK(read.scan_points_max == direct.scan_points_max);
             CHECK(read.anisotropy == doctest::Approx(direct.anisotropy).epsilon(1e-5));
+            CHECK(read.fade_m == doctest::Approx(direct.fade_m).epsilon(1e-5));
             CHECK(read.log_hit_last == doctest::Approx(direct.log_hit_last).epsilon(1e-5));
             CHECK(read.log_free_first == doctest::Approx(direct.log_free_first).epsilon(1e-5));
         }

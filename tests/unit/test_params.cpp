@@ -125,6 +125,13 @@ TEST_CASE("each refused setting names its field")
                        p.frame = GPOM_FRAME_MAP;
                        p.anisotropy = 0.5f;
                    }});
+    for (const float bad : {-1.0f, 0.01f, 2e6f, kInf, kNan}) {
+        check_refused({"fade_m", any, [bad](gpom_params_t &p) { p.fade_m = bad; }});
+    }
+    check_refused({"fade_m", any, [](gpom_params_t &p) {
+                       p.frame = GPOM_FRAME_MAP;
+                       p.fade_m = 20.0f;
+                   }});
     for (const float bad : {-2e6f, kInf, kNan}) {
         check_refused({"vote", any, [bad](gpom_params_t &p) { p.vote = bad; }});
         check_refused({"log_hit_first", any, [bad](gpom_params_t &p) { p.log_hit_first = bad; }});

@@ -99,6 +99,7 @@ TEST_CASE("the plain model keeps the paper's parameters and drops every addition
     params.anisotropy = 0.5f;
     params.depth_m = 0.3f;
     params.scan_points_max = 2;
+    params.fade_m = 20.0f;
     params.log_hit_first = params.log_free_last = 0.4f;
     const gpom_params_t plain = plain_params(params);
     CHECK(gpom_params_check(&plain, nullptr) == GPOM_OK);
@@ -109,4 +110,5 @@ TEST_CASE("the plain model keeps the paper's parameters and drops every addition
     CHECK(plain.anisotropy == 0.0f);
     CHECK(plain.depth_m == 0.0f);
     CHECK(plain.scan_points_max == 0);
+    CHECK(plain.fade_m == 0.0f);
 }

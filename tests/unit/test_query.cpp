@@ -66,6 +66,7 @@ gpom_params_t with_additions(gpom_params_t p)
     p.log_hit_last = 0.05f;
     p.log_free_first = 0.1f;
     p.log_free_last = -0.05f;
+    p.fade_m = p.frame == GPOM_FRAME_MAP ? 0.0f : 9.0f;
     return p;
 }
 
@@ -313,6 +314,30 @@ TEST_CASE("queries reach GPOM_REACH_M from the origin")
     CHECK(query_points(map.get(), {{1000.0 - 5700.0, 5700.0}}).status == GPOM_ERR_REACH);
 }
 
+// However far the covariance itself reaches: from fade_m on nothing of the neighbours is left, and
+// short of it the variance is below the prior's.
+TEST_CASE("from fade_m on the answer is the prior to the last bit")
+{
+    for_all_kernels_and_frames([](gpom_params_t p) {
+        if (p.frame == GPOM_FRAME_MAP) {
+            return;
+        }
+        p = with_additions(p);
+        TestMap map(config_of(p));
+        fill(map, Built::half);
+        const Answers far = query_points(map.get(), {{400.0, -300.0}, {-150.0, 150.0}});
+        for (const gpom_answer_t &answer : far.all) {
+            CHECK(answer.mean == 0.0f);
+            CHECK(answer.variance == gpom_params_prior_variance(&p));
+            CHECK(answer.probability == gpom_params_prior_probability(&p));
+        }
+        const Answers near = query_points(map.get(), yard_points(map, 50));
+        for (const gpom_answer_t &answer : near.all) {
+            CHECK(answer.variance <= gpom_params_prior_variance(&p));
+        }
+    });
+}
+
 // The exact scratch at any alignment is enough and untouched outside; a byte less, or none, is
 // refused.
 TEST_CASE("scratch of the exact size is enough at any alignment")
@@ -322,7 +347,7 @@ TEST_CASE("scratch of the exact size is enough at any alignment")
         gpom_params_t p = params_of(GPOM_KERNEL_MATERN12);
         p.n_hits = n;
         p.n_free = n;
-        p.scan_points_max = n == 8 ? 0 : 2; // a cap needs room for twice the neighbours
+        p.scan_points_max = n == 8 ? 0 : 2; // a cap needs room for more neighbours
         TestMap map(config_of(p));
         fill(map, Built::half);
         const std::vector<gpom_point_t> points = yard_points(map, 20);

@@ -141,7 +141,7 @@ TEST_CASE("beams read back as they were inserted, for any mount")
         s.sensor.yaw_rad = random.uniform(-4, 4);
         s.sensor.upside_down = i % 2 == 0 ? 1 : 0;
         s.angle_step_rad = i % 3 == 0 ? -0.05 : 0.05;
-        s.stamp_us = INT64_C(1700000000000000) + i;
+        s.stamp_us = INT64_C(1700000000000000) + 12345 * i;
         REQUIRE(s.insert_into(map.get()) == GPOM_OK);
         for (std::size_t j = 0; j < s.ranges_m.size(); ++j) {
             expected.push_back(expected_beam(s, j));
@@ -159,7 +159,9 @@ TEST_CASE("beams read back as they were inserted, for any mount")
         worst_dir = std::max(
             worst_dir, std::hypot(got.dir.x - expected[i].dir.x, got.dir.y - expected[i].dir.y));
         all_same = all_same && got.range == expected[i].range && got.is_hit == expected[i].is_hit &&
-                   beams[i].id == i && beams[i].stamp_us == stamps[i];
+                   beams[i].returned == beams[i].is_hit && beams[i].is_free == 1 &&
+                   beams[i].provisional == 0 && beams[i].n_agreed == 0 && beams[i].id == i &&
+                   beams[i].stamp_us <= stamps[i] && beams[i].stamp_us > stamps[i] - 1000;
     }
     CHECK(all_same);
     CHECK(worst_m <= 1e-5); // 100 m in float32
@@ -461,23 +463,26 @@ TEST_CASE("a sensor beyond 8 km is refused")
     CHECK(beam_of_single(s).x_m == doctest::Approx(7999.5));
 }
 
-// A full map keeps the first beams that fitted, counts the others, and says so.
+// In a full map each new beam is in at the cost of one that went, or stayed out; either is counted.
 TEST_CASE("beams that do not fit are counted")
 {
     TestMap map(map_config(10));
     TestScan s;
     s.ranges_m = {1, 2, kNan, 3, 4, 5, 6, 7, 8, 9, 10, 11, 0, 12};
-    CHECK(s.insert_into(map.get()) == GPOM_ERR_FULL);
-    CHECK(gpom_map_beam_count(map.get()) == 10);
-    CHECK(map.beams().back().range_m == 10.0f);
-    CHECK(map.stats().beams_full == 2);
-    CHECK(map.stats().beams_hit == 10);
-    CHECK(map.stats().beams_nan == 1);
-    CHECK(map.stats().beams_not_positive == 1);
-    CHECK(map.stats().scans_inserted == 1);
-    CHECK(s.insert_into(map.get()) == GPOM_ERR_FULL);
-    CHECK(map.stats().beams_full == 14);
+    for (std::uint64_t i = 1; i <= 3; ++i) {
+        CHECK(s.insert_into(map.get()) == GPOM_OK);
+        const gpom_stats_t n = map.stats();
+        CHECK(gpom_map_beam_count(map.get()) == 10);
+        CHECK(n.beams_hit + n.beams_redundant == 12 * i);
+        CHECK(n.beams_hit - n.beams_evicted == 10);
+        CHECK(n.beams_nan == i);
+        CHECK(n.beams_not_positive == i);
+        CHECK(n.scans_inserted == i);
+    }
+    const gpom_stats_t full = map.stats();
+    CHECK(full.beams_evicted > 0);
     CHECK(single(kNan).insert_into(map.get()) == GPOM_OK); // nothing that needed room
+    CHECK(map.stats().beams_evicted == full.beams_evicted);
 }
 
 // Arguments out of range are refused before anything is counted or kept.
@@ -542,11 +547,10 @@ TEST_CASE("ranges of any bits are each counted once")
         std::memcpy(&range_m, &bits, sizeof range_m);
         s.ranges_m.push_back(range_m);
     }
-    const gpom_status_t status = s.insert_into(map.get());
-    CHECK((status == GPOM_OK || status == GPOM_ERR_FULL));
+    REQUIRE(s.insert_into(map.get()) == GPOM_OK);
     const gpom_stats_t n = map.stats();
     CHECK(n.beams_hit + n.beams_no_return + n.beams_nan + n.beams_not_positive + n.beams_too_near +
-              n.beams_masked + n.beams_full ==
+              n.beams_masked + n.beams_redundant ==
           5000);
-    CHECK(gpom_map_beam_count(map.get()) == n.beams_hit + n.beams_no_return);
+    CHECK(gpom_map_beam_count(map.get()) == n.beams_hit + n.beams_no_return - n.beams_evicted);
 }

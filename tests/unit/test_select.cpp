@@ -1,4 +1,4 @@
-// Selection against std::sort, on the inputs that quicksorts are afraid of.
+// Selection in slices against std::sort, on the inputs that quicksorts are afraid of.
 #include "tests/unit/reference.hpp"
 
 #include "src/select.hpp"
@@ -130,87 +130,162 @@ private:
     mutable bool candidate_is_last_ = false;
 };
 
-/// Calls of key() that selecting the middle of `values` costs.
-std::uint64_t cost_of(const Values &values)
+/// What a selection, in slices of random size up to slice_max, came to.
+struct Outcome {
+    std::uint64_t n_comparisons = 0;
+    std::uint32_t n_splits = 0;
+};
+
+template <class KeyOf>
+Outcome select_in_slices(std::vector<std::uint32_t> &order, std::uint32_t nth, const KeyOf &key,
+                         std::uint32_t slice_max)
 {
-    std::uint64_t n_calls = 0;
+    Random random(5);
+    Outcome outcome;
+    auto s = gpom::selection_of(0, static_cast<std::uint32_t>(order.size()), nth);
+    while (!gpom::is_done(s)) {
+        const std::uint32_t budget = 1 + random.below(slice_max);
+        const std::uint32_t used = gpom::select_some(s, order.data(), key, budget);
+        REQUIRE(used >= 1); // or it would never end
+        REQUIRE(used <= budget);
+        outcome.n_comparisons += used;
+    }
+    outcome.n_splits = s.round;
+    return outcome;
+}
+
+/// Select the middle of `values` at once.
+Outcome outcome_of(const Values &values)
+{
     const auto n = static_cast<std::uint32_t>(values.size());
     std::vector<std::uint32_t> order = identity(n);
-    gpom::select_nth(order.data(), n, n / 2, [&](std::uint32_t i) {
-        ++n_calls;
-        return gpom::SortKey{values[i], i};
-    });
-    CHECK(is_selected(order, values, n / 2));
-    return n_calls;
+    const auto key = [&](std::uint32_t i) { return gpom::SortKey{values[i], i}; };
+    const Outcome outcome = select_in_slices(order, n / 2, key, UINT32_MAX - 1);
+    CHECK(is_permutation_of_identity(order));
+    CHECK((outcome.n_splits == gpom::kSplitsMax || is_selected(order, values, n / 2)));
+    return outcome;
 }
 
 } // namespace
 
-// For every size up to 200 and many places: a permutation comes out, with the nth entry where
-// sorting puts it and the others on their side of it.
-TEST_CASE("select_nth puts the nth smallest at its place")
+// For every size up to 200, many places and any slices: a permutation comes out, with the nth entry
+// where sorting puts it and the others on their side of it, unless the splits were used up.
+TEST_CASE("selection in slices puts the nth smallest at its place")
 {
     GPOM_TELL_SEED();
+    int n_given_up = 0, n_selected = 0;
     for (const auto &input : kInputs) {
         for (std::uint32_t n = 1; n <= 200; ++n) {
             const Values values = input(n);
+            const auto key = [&](std::uint32_t i) { return gpom::SortKey{values[i], i}; };
             for (std::uint32_t nth = 0; nth < n; nth += 1 + n / 9) {
+                const std::uint32_t slice_max = nth % 3 == 0 ? 1 : nth % 3 == 1 ? 17 : 1000;
                 std::vector<std::uint32_t> order = identity(n);
-                gpom::select_nth(order.data(), n, nth, [&](std::uint32_t i) {
-                    return gpom::SortKey{values[i], i};
-                });
+                const Outcome outcome = select_in_slices(order, nth, key, slice_max);
                 REQUIRE(is_permutation_of_identity(order));
-                REQUIRE(is_selected(order, values, nth));
+                const bool is_given_up = outcome.n_splits == gpom::kSplitsMax;
+                REQUIRE((is_given_up || is_selected(order, values, nth)));
+                ++(is_given_up ? n_given_up : n_selected);
             }
+        }
+    }
+    CHECK(n_given_up * 20 < n_selected); // adversarial orders alone get there
+}
+
+// Selecting inside a stretch moves nothing outside it.
+TEST_CASE("selection stays in its stretch")
+{
+    GPOM_TELL_SEED();
+    const Values values = random_values(100);
+    std::vector<std::uint32_t> order = identity(100);
+    auto s = gpom::selection_of(30, 40, 11);
+    gpom::select_some(
+        s, order.data(),
+        [&](std::uint32_t i) {
+            return gpom::SortKey{values[i], i};
+        },
+        UINT32_MAX);
+    REQUIRE(gpom::is_done(s));
+    for (std::uint32_t i = 0; i < 100; ++i) {
+        CHECK((i >= 30 && i < 70) == (order[i] >= 30 && order[i] < 70));
+        CHECK((i >= 30 && i < 70) >= (order[i] != i));
+    }
+    std::vector<std::uint32_t> inside(order.begin() + 30, order.begin() + 70);
+    for (std::uint32_t &i : inside) {
+        i -= 30;
+    }
+    CHECK(is_selected(inside, Values(values.begin() + 30, values.begin() + 70), 11));
+}
+
+// The same slices or others: the same comparisons are made and the same order comes out.
+TEST_CASE("slices do not change what selection does")
+{
+    GPOM_TELL_SEED();
+    for (const auto &input : kInputs) {
+        const Values values = input(500);
+        const auto key = [&](std::uint32_t i) { return gpom::SortKey{values[i], i}; };
+        std::vector<std::uint32_t> at_once = identity(500);
+        const Outcome expected = select_in_slices(at_once, 123, key, UINT32_MAX - 1);
+        for (const std::uint32_t slice_max : {1u, 2u, 50u, 600u}) {
+            std::vector<std::uint32_t> order = identity(500);
+            const Outcome outcome = select_in_slices(order, 123, key, slice_max);
+            CHECK(order == at_once);
+            CHECK(outcome.n_comparisons == expected.n_comparisons);
         }
     }
 }
 
-// Whatever the input, the cost stays within the bound for the rounds that are allowed plus the heap
-// sort behind them; on usual inputs it is a small multiple of n.
-TEST_CASE("select_nth's cost is bounded on inputs made against it")
+// Keys that change at random between slices, as those of slots that get another beam, harm neither
+// the permutation nor the bound of the work.
+TEST_CASE("keys that change between slices leave a permutation")
+{
+    GPOM_TELL_SEED();
+    constexpr std::uint32_t kN = 300;
+    Random random(6);
+    for (int round = 0; round < 200; ++round) {
+        Values values = random_values(kN);
+        std::vector<std::uint32_t> order = identity(kN);
+        auto s = gpom::selection_of(0, kN, random.below(kN));
+        std::uint64_t n_comparisons = 0;
+        while (!gpom::is_done(s)) {
+            const auto key = [&](std::uint32_t i) { return gpom::SortKey{values[i], i}; };
+            n_comparisons += gpom::select_some(s, order.data(), key, 1 + random.below(60));
+            for (int i = 0; i < 100; ++i) {
+                values[random.below(kN)] = random.uniform_f(-1e3, 1e3);
+            }
+            REQUIRE(is_permutation_of_identity(order));
+        }
+        CHECK(n_comparisons <= std::uint64_t{gpom::kSplitsMax} * kN);
+    }
+}
+
+// Whatever the input, the work is bounded by the splits that are allowed; on usual inputs it is a
+// small multiple of n and the splits suffice by far.
+TEST_CASE("selection's cost is bounded on inputs made against it")
 {
     GPOM_TELL_SEED();
     constexpr std::uint32_t kN = 20000;
-    const double heap = 4.0 * kN * std::log2(kN); // two keys a comparison, two comparisons a level
     for (const auto &input : kInputs) {
-        CHECK(static_cast<double>(cost_of(input(kN))) <= 64.0 * kN + 2.0 * heap);
+        CHECK(outcome_of(input(kN)).n_comparisons <= gpom::kSplitsMax * kN);
     }
-    CHECK(cost_of(random_values(kN)) <= 8 * kN);
-    CHECK(cost_of(sorted_values(kN)) <= 8 * kN);
+    for (const Values &usual : {random_values(kN), sorted_values(kN), reversed_values(kN)}) {
+        const Outcome outcome = outcome_of(usual);
+        CHECK(outcome.n_comparisons <= 6 * kN);
+        CHECK(outcome.n_splits < gpom::kSplitsMax);
+    }
 }
 
-// An opponent that fixes the keys during the comparisons cannot make it quadratic.
-TEST_CASE("select_nth stays far from quadratic against an adversary")
+// An opponent that fixes the keys during the comparisons cannot make it quadratic; it uses all
+// splits up.
+TEST_CASE("selection stays far from quadratic against an adversary")
 {
     constexpr std::uint32_t kN = 4000;
     const Adversary adversary(kN);
     std::vector<std::uint32_t> order = identity(kN);
-    gpom::select_nth(order.data(), kN, kN - 1,
-                     [&adversary](std::uint32_t i) { return adversary(i); });
-    const double heap = 4.0 * kN * std::log2(kN);
-    CHECK(static_cast<double>(adversary.n_calls) <= 64.0 * kN + 2.0 * heap);
-    CHECK(adversary.n_calls >= kN);
+    const auto key = [&adversary](std::uint32_t i) { return adversary(i); };
+    const Outcome outcome = select_in_slices(order, kN - 1, key, UINT32_MAX - 1);
+    CHECK(outcome.n_splits == gpom::kSplitsMax);
+    CHECK(outcome.n_comparisons <= gpom::kSplitsMax * kN);
+    CHECK(adversary.n_calls <= outcome.n_comparisons + 8 * gpom::kSplitsMax);
     CHECK(is_permutation_of_identity(order));
-}
-
-// The heap sort sorts, for any size.
-TEST_CASE("heap_sort sorts")
-{
-    for (const auto &input : kInputs) {
-        for (std::uint32_t n = 0; n <= 70; ++n) {
-            const Values values = input(n);
-            std::vector<std::uint32_t> order = identity(n);
-            gpom::heap_sort(order.data(), n, [&](std::uint32_t i) {
-                return gpom::SortKey{values[i], i};
-            });
-            REQUIRE(is_permutation_of_identity(order));
-            for (std::uint32_t i = 1; i < n; ++i) {
-                const bool in_order =
-                    values[order[i - 1]] < values[order[i]] ||
-                    (values[order[i - 1]] == values[order[i]] && order[i - 1] < order[i]);
-                REQUIRE(in_order);
-            }
-        }
-    }
 }

@@ -33,6 +33,7 @@ struct EvalOptions {
     double range_max_m = 49.0;
     double fraction = 0.04;
     double beam_width_deg = 2.0;
+    double after_m = 0.0; ///< Leave out this much of the way, for learning.
 };
 
 /// What all methods get, and what they are judged by.

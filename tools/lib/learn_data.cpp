@@ -41,6 +41,9 @@ std::vector<Scan> scans_of(const LearnSource &source, const DataOptions &options
             scan.range_max_m = std::min(scan.range_max_m, options.range_max_m);
         }
     }
+    if (source.truth_path.empty()) { // first, so that a stretch is as dense as the whole
+        scans = evenly_taken(std::move(scans), kLogScansMax);
+    }
     return first_metres(std::move(scans), options.first_m);
 }
 
@@ -83,7 +86,7 @@ void draw_places(std::vector<LearnPlace> &places, const std::vector<Return> &ret
 
 void add_log(LearnData &data, const LearnSource &source, const DataOptions &options)
 {
-    const std::vector<Scan> scans = evenly_taken(scans_of(source, options), kLogScansMax);
+    const std::vector<Scan> scans = scans_of(source, options);
     ProtocolRandom random(options.seed);
     LearnWorld world;
     std::vector<Return> learning, held_out;
@@ -203,6 +206,16 @@ std::vector<Scan> first_metres(std::vector<Scan> scans, double first_m)
             scans.resize(i);
         }
     }
+    return scans;
+}
+
+std::vector<Scan> after_metres(std::vector<Scan> scans, double first_m)
+{
+    const std::size_t n_first = first_m > 0.0 ? first_metres(scans, first_m).size() : 0;
+    if (n_first == scans.size() && n_first > 0) {
+        throw std::runtime_error("--after-metres: the whole way is no longer than that");
+    }
+    scans.erase(scans.begin(), scans.begin() + static_cast<std::ptrdiff_t>(n_first));
     return scans;
 }
 

@@ -68,7 +68,7 @@ LearntParams params_of(const Start &start, gpom_kernel_t kernel, const FitOption
         (options.ingredients.noise ? start.noise_ratio_free : start.noise_ratio) * start.sf2;
     params.alpha = start.alpha;
     params.anisotropy = options.ingredients.anisotropy ? start.anisotropy : 0.0;
-    return params;
+    return with_fixed(params, options.fixed);
 }
 
 /// The fit of the continuous parameters at one choice of neighbourhoods.
@@ -94,25 +94,27 @@ struct Step {
     double (*get)(const LearntParams &);
 };
 
-std::vector<Step> steps_of(const Ingredients &ingredients)
+std::vector<Step> steps_of(const Ingredients &ingredients, const FixedParams &fixed)
 {
     std::vector<Step> steps;
-    if (ingredients.cap) {
+    if (ingredients.cap && !fixed.scan_points_max) {
         steps.push_back({"scan_points_max",
                          {0.0, 1.0, 2.0, 3.0, 4.0},
                          [](LearntParams &p, double v) { p.scan_points_max = static_cast<int>(v); },
                          [](const LearntParams &p) { return double(p.scan_points_max); }});
     }
-    if (ingredients.depth) {
+    if (ingredients.depth && !fixed.depth_m) {
         steps.push_back({"depth_m",
                          {0.0, 0.1, 0.3, 0.6, 1.0, 2.0},
                          [](LearntParams &p, double v) { p.depth_m = v; },
                          [](const LearntParams &p) { return p.depth_m; }});
     }
-    steps.push_back({"gap_m",
-                     {0.0, 0.05, 0.1, 0.2, 0.3},
-                     [](LearntParams &p, double v) { p.gap_m = v; },
-                     [](const LearntParams &p) { return p.gap_m; }});
+    if (!fixed.gap_m) {
+        steps.push_back({"gap_m",
+                         {0.0, 0.05, 0.1, 0.2, 0.3},
+                         [](LearntParams &p, double v) { p.gap_m = v; },
+                         [](const LearntParams &p) { return p.gap_m; }});
+    }
     return steps;
 }
 
@@ -122,7 +124,7 @@ public:
     Fitting(gpom_kernel_t kernel, const LearnData &data, const FitOptions &options,
             const Advance &advance)
         : kernel_(kernel), data_(data), options_(options), advance_(advance),
-          space_(kernel, options), steps_(steps_of(options.ingredients))
+          space_(kernel, options), steps_(steps_of(options.ingredients, options.fixed))
     {
         fit_.loss = std::numeric_limits<double>::infinity();
         n_jobs_ = std::size(kStarts) + 1;

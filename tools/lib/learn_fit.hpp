@@ -19,6 +19,7 @@ constexpr double kPriorArgumentMax = 0.38532046640756773;
 
 struct FitOptions {
     Ingredients ingredients;
+    FixedParams fixed;
     double ell_max_m = 12.0; ///< Askey's support may be three times it: the same decay at 0.
     int n_hits = 8;
     int n_free = 8;

@@ -78,12 +78,19 @@ Covariance neural_network(const LearntParams &params, const CovariancePoint &p,
     return {params.sf2 * std::asin(c), by_c * c_by_s0, by_c * c_by_s1, by_c * c_by_a};
 }
 
+/// What a log weight is multiplied by: the log distance, fading to that of the end.
+double faded_log_distance(double rho, double log_distance)
+{
+    return rho * log_distance + (1.0 - rho) * std::log(kLogDistanceMax + kLogDistanceMin);
+}
+
 /// vote cs + the log terms + beta.
 double offset_of(const LearntParams &params, const Neighbourhood &neighbourhood)
 {
-    double offset = params.beta + params.vote * neighbourhood.vote;
+    const double rho = remaining_correlation(params, neighbourhood);
+    double offset = params.beta + params.vote * rho * neighbourhood.vote;
     for (std::size_t i = 0; i < params.log_weights.size(); ++i) {
-        offset += params.log_weights[i] * neighbourhood.log_distances[i];
+        offset += params.log_weights[i] * faded_log_distance(rho, neighbourhood.log_distances[i]);
     }
     return offset;
 }
@@ -97,12 +104,27 @@ Covariance covariance_of(const LearntParams &params, const CovariancePoint &p,
                                            : stationary(params, p, q);
 }
 
+double remaining_correlation(const LearntParams &params, const Neighbourhood &neighbourhood)
+{
+    if (params.fade_m <= 0.0) {
+        return 1.0;
+    }
+    const double fade2 = params.fade_m * params.fade_m;
+    double nearest2 = fade2;
+    for (const NeighbourPoint &point : neighbourhood.points) {
+        nearest2 =
+            std::min(nearest2, point.along_m * point.along_m + point.across_m * point.across_m);
+    }
+    return 1.0 - nearest2 / fade2;
+}
+
 void ModelWork::assemble(const LearntParams &params, const Neighbourhood &neighbourhood,
                          bool derivatives)
 {
     n_ = neighbourhood.points.size();
     const auto n = static_cast<Eigen::Index>(n_);
     const double shrink = 1.0 - params.anisotropy * (1.0 - neighbourhood.axis_ratio);
+    rho_ = remaining_correlation(params, neighbourhood);
     points_.clear();
     y_.resize(n);
     noise_.resize(n);
@@ -145,14 +167,18 @@ void ModelWork::solve()
 LatentMoments ModelWork::moments() const
 {
     const auto n = static_cast<Eigen::Index>(n_);
-    return {k_star_.dot(a_), std::max(k_(n, n) - k_star_.dot(b_), 0.0)};
+    return {rho_ * k_star_.dot(a_), std::max(k_(n, n) - rho_ * rho_ * k_star_.dot(b_), 0.0)};
 }
 
 void ModelWork::moments_adjoint(double by_mean, double by_variance, Adjoint &adjoint) const
 {
     // With a = A^-1 y and b = A^-1 k*, dmu = a . dk* - b . dA a and
     // dvar = dk** - 2 b . dk* + b . dA b; both triangles of dA are gathered in the lower one.
+    // The faded mean is rho mu, the faded variance k** - rho^2 (k** - var).
     const auto n = static_cast<Eigen::Index>(n_);
+    const double by_faded_variance = by_variance;
+    by_mean *= rho_;
+    by_variance *= rho_ * rho_;
     adjoint.resize(n + 1, n + 1);
     for (Eigen::Index j = 0; j < n; ++j) {
         for (Eigen::Index i = j; i < n; ++i) {
@@ -162,7 +188,7 @@ void ModelWork::moments_adjoint(double by_mean, double by_variance, Adjoint &adj
         }
         adjoint(n, j) = by_mean * a_(j) - 2.0 * by_variance * b_(j);
     }
-    adjoint(n, n) = by_variance;
+    adjoint(n, n) = by_faded_variance;
 }
 
 void ModelWork::accumulate(const Adjoint &adjoint, Gradient &gradient) const
@@ -224,10 +250,11 @@ double loss_of(const LearntParams &params, const Neighbourhood &neighbourhood, M
     work.accumulate(adjoint, *gradient);
     (*gradient)(kByAlpha) += loss.by_alpha_log;
     (*gradient)(kByBeta) += loss.by_argument;
-    (*gradient)(kByVote) += loss.by_argument * neighbourhood.vote;
+    const double rho = remaining_correlation(params, neighbourhood);
+    (*gradient)(kByVote) += loss.by_argument * rho * neighbourhood.vote;
     for (int i = 0; i < 4; ++i) {
-        (*gradient)(kByLogWeight + i) +=
-            loss.by_argument * neighbourhood.log_distances[static_cast<std::size_t>(i)];
+        const double log_distance = neighbourhood.log_distances[static_cast<std::size_t>(i)];
+        (*gradient)(kByLogWeight + i) += loss.by_argument * faded_log_distance(rho, log_distance);
     }
     return loss.value;
 }

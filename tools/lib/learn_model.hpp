@@ -80,11 +80,16 @@ public:
 
 private:
     std::size_t n_ = 0;
+    double rho_ = 1.0; ///< remaining_correlation()
     std::vector<CovariancePoint> points_;
     Eigen::MatrixXd k_, by_shape0_, by_shape1_, by_anisotropy_, system_;
     Eigen::LLT<Eigen::MatrixXd> factor_;
     Eigen::VectorXd y_, a_, b_, k_star_, noise_;
 };
+
+/// Between f at the query and what its neighbours tell of f: 1 - d^2 / fade_m^2, d being the
+/// distance to the nearest of them, 0 from there on.
+double remaining_correlation(const LearntParams &params, const Neighbourhood &neighbourhood);
 
 /// Probability of occupancy by eq. 7 and the terms inside it.
 double probability_of(const LearntParams &params, const Neighbourhood &neighbourhood,

@@ -91,8 +91,9 @@ struct Chosen {
 
 Chosen choose(const LearnWorld &world, const LearnPlace &query, const NeighbourRule &rule)
 {
-    const std::size_t pool = rule.scan_points_max > 0 ? 2 : 1;
-    Nearest hits(pool * rule.n_hits), free(pool * rule.n_free);
+    const bool cap = rule.scan_points_max > 0;
+    Nearest hits(cap ? rule.n_hits + rule.n_hits / 2 : rule.n_hits);
+    Nearest free(cap ? rule.n_free + rule.n_free / 2 : rule.n_free);
     for (std::size_t i = 0; i < world.size(); ++i) {
         if (i == query.own) {
             continue;
@@ -105,7 +106,7 @@ Chosen choose(const LearnWorld &world, const LearnPlace &query, const NeighbourR
         }
     }
     Chosen chosen{hits.sorted(), free.sorted()};
-    if (rule.scan_points_max > 0) {
+    if (cap) {
         chosen.hits = capped(world, std::move(chosen.hits), rule.n_hits, rule.scan_points_max);
         chosen.free = capped(world, std::move(chosen.free), rule.n_free, rule.scan_points_max);
     }

@@ -1,6 +1,8 @@
 #include "tools/lib/learn_params.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 #include <sstream>
 #include <stdexcept>
@@ -34,6 +36,46 @@ Ingredients parse_ingredients(const std::string &text)
         *found = true;
     }
     return chosen;
+}
+
+FixedParams parse_fixed(const std::string &text)
+{
+    FixedParams fixed;
+    std::istringstream pairs(text);
+    for (std::string pair; std::getline(pairs, pair, ',');) {
+        const std::size_t equals = std::min(pair.find('='), pair.size());
+        const std::string name = pair.substr(0, equals);
+        const std::string digits = pair.substr(std::min(equals + 1, pair.size()));
+        char *end = nullptr;
+        const double value = std::strtod(digits.c_str(), &end);
+        if (digits.empty() || *end != '\0' || !(value >= 0.0 && value <= 1e6)) {
+            throw std::runtime_error("--fix: '" + pair + "' is not name=value with a value from 0");
+        }
+        if (name == "fade_m") {
+            fixed.fade_m = value;
+        } else if (name == "gap_m") {
+            fixed.gap_m = value;
+        } else if (name == "depth_m") {
+            fixed.depth_m = value;
+        } else if (name == "scan_points_max" && value == std::floor(value)) {
+            fixed.scan_points_max = static_cast<int>(value);
+        } else {
+            throw std::runtime_error("--fix: '" + pair +
+                                     "': only fade_m, gap_m, depth_m and the "
+                                     "whole number scan_points_max can be fixed");
+        }
+    }
+    static_cast<void>(to_library(with_fixed({}, fixed))); // refused now, not after learning
+    return fixed;
+}
+
+LearntParams with_fixed(LearntParams params, const FixedParams &fixed)
+{
+    params.fade_m = fixed.fade_m.value_or(params.fade_m);
+    params.gap_m = fixed.gap_m.value_or(params.gap_m);
+    params.depth_m = fixed.depth_m.value_or(params.depth_m);
+    params.scan_points_max = fixed.scan_points_max.value_or(params.scan_points_max);
+    return params;
 }
 
 double normal_cdf(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
@@ -77,13 +119,14 @@ gpom_params_t to_library(const LearntParams &params)
     rounded.scan_points_max = static_cast<std::uint16_t>(params.scan_points_max);
     rounded.anisotropy = static_cast<float>(params.anisotropy);
     rounded.vote = static_cast<float>(params.vote);
+    rounded.fade_m = static_cast<float>(params.fade_m);
     rounded.log_hit_first = static_cast<float>(params.log_weights[0]);
     rounded.log_hit_last = static_cast<float>(params.log_weights[1]);
     rounded.log_free_first = static_cast<float>(params.log_weights[2]);
     rounded.log_free_last = static_cast<float>(params.log_weights[3]);
     const char *problem = nullptr;
     if (gpom_params_check(&rounded, &problem) != GPOM_OK) {
-        throw std::runtime_error(std::string("what was learnt is refused: ") + problem);
+        throw std::runtime_error(std::string("these parameters are refused: ") + problem);
     }
     return rounded;
 }

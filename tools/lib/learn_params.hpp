@@ -5,6 +5,7 @@
 #include "gpom/params.h"
 
 #include <array>
+#include <optional>
 #include <string>
 
 namespace gpom_tools
@@ -30,6 +31,7 @@ struct LearntParams {
     int scan_points_max = 0;
     double anisotropy = 0.0;
     double vote = 0.0;
+    double fade_m = 0.0;                 ///< Set, never learnt.
     std::array<double, 4> log_weights{}; ///< Of the first hit, last hit, first free, last free.
     int n_hits = 8;
     int n_free = 8;
@@ -49,6 +51,18 @@ struct Ingredients {
 
 /// "paper" (none), "full" (all) or a comma list of names. Throws std::runtime_error.
 Ingredients parse_ingredients(const std::string &text);
+
+/// What changes neighbourhoods or reach, kept at a value instead of searched for (fade_m is never
+/// searched for: places near beams hardly feel it).
+struct FixedParams {
+    std::optional<double> fade_m, gap_m, depth_m;
+    std::optional<int> scan_points_max;
+};
+
+/// "name=value,..." of the fields above. Throws std::runtime_error.
+FixedParams parse_fixed(const std::string &text);
+
+LearntParams with_fixed(LearntParams params, const FixedParams &fixed);
 
 /// k(x*, x*) in the query's frame.
 double prior_variance(const LearntParams &params);

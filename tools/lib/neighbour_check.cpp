@@ -64,10 +64,13 @@ DenseSet dense_set(const gpom_params_t &p, const std::vector<gpom_beam_t> &beams
         const Eigen::Vector2d start(beam.x_m, beam.y_m);
         const Eigen::Vector2d direction(double{beam.dir_x}, double{beam.dir_y});
         const double range_m = double{beam.range_m};
-        const double free_m = beam.is_hit != 0 ? std::max(range_m - double{p.gap_m}, 0.0) : range_m;
+        const double gap_m = beam.returned != 0 ? double{p.gap_m} : 0.0;
+        const double free_m = std::max(range_m - gap_m, 0.0);
         const double way_m = std::clamp(direction.dot(query - start), 0.0, free_m);
-        add(start + way_m * direction, -1.0, beam.free_noise);
-        if (beam.is_hit != 0) {
+        if (beam.is_free != 0) {
+            add(start + way_m * direction, -1.0, beam.free_noise);
+        }
+        if (beam.is_hit != 0 && beam.provisional == 0) {
             add(start + range_m * direction, 1.0, beam.hit_noise);
         }
     }
@@ -106,7 +109,7 @@ double squash(const gpom_params_t &p, const DenseMoments &moments)
 
 std::vector<gpom_beam_t> beams_in(const HostMap &map)
 {
-    std::vector<gpom_beam_t> beams(gpom_map_beam_count(map.get()));
+    std::vector<gpom_beam_t> beams(gpom_map_slot_count(map.get()));
     for (std::uint32_t i = 0; i < beams.size(); ++i) {
         if (gpom_map_beam(map.get(), i, &beams[i]) != GPOM_OK) {
             throw std::runtime_error("a beam of the map cannot be read");

@@ -57,12 +57,27 @@ gpom_frame_t frame_of(const TomlTable &table)
 
 std::set<std::string> keys_of(std::int32_t kernel)
 {
-    std::set<std::string> keys = {
-        "depth_m",      "anisotropy",     "vote",          "log_hit_first",
-        "log_hit_last", "log_free_first", "log_free_last", "scan_points_max",
-        "kernel",       "frame",          "sf2",           "sn2",
-        "sn2_free",     "alpha",          "beta",          "hits",
-        "free",         "gap_m",          "p_occupied",    "p_free"};
+    std::set<std::string> keys = {"depth_m",
+                                  "anisotropy",
+                                  "vote",
+                                  "fade_m",
+                                  "log_hit_first",
+                                  "log_hit_last",
+                                  "log_free_first",
+                                  "log_free_last",
+                                  "scan_points_max",
+                                  "kernel",
+                                  "frame",
+                                  "sf2",
+                                  "sn2",
+                                  "sn2_free",
+                                  "alpha",
+                                  "beta",
+                                  "hits",
+                                  "free",
+                                  "gap_m",
+                                  "p_occupied",
+                                  "p_free"};
     if (kernel == GPOM_KERNEL_NN) {
         keys.insert({"s0", "s1"});
     } else {
@@ -77,6 +92,7 @@ void read_context(const TomlTable &table, gpom_params_t &params)
     const std::pair<const char *, float *> numbers[] = {{"depth_m", &params.depth_m},
                                                         {"anisotropy", &params.anisotropy},
                                                         {"vote", &params.vote},
+                                                        {"fade_m", &params.fade_m},
                                                         {"log_hit_first", &params.log_hit_first},
                                                         {"log_hit_last", &params.log_hit_last},
                                                         {"log_free_first", &params.log_free_first},

@@ -1,0 +1,41 @@
+// Snapshots of a map in two files, for hosts: what gpom/snapshot.h asks of a medium, with POSIX.
+#ifndef GPOM_TOOLS_LIB_SNAPSHOT_FILE_HPP
+#define GPOM_TOOLS_LIB_SNAPSHOT_FILE_HPP
+
+#include "gpom/snapshot.h"
+
+#include <string>
+
+namespace gpom_tools
+{
+
+/// The two slots PATH.0 and PATH.1. Blocks are written in place: no temporary file is needed, since
+/// the snapshot in the other slot stays whole. The flush at the end is fsync() of the slot and of
+/// its folder, so that a snapshot that was reported as done is there after a loss of power, as far
+/// as the disk keeps its word. One process at a time.
+class SnapshotFile {
+public:
+    /// Open, and for writing create, both files. Throws FileError.
+    SnapshotFile(const std::string &path, uint32_t beam_max, bool for_writing);
+    ~SnapshotFile();
+    SnapshotFile(const SnapshotFile &) = delete;
+    SnapshotFile &operator=(const SnapshotFile &) = delete;
+
+    /// For gpom_snapshot_write_begin() and gpom_snapshot_read_begin(); this object must stay.
+    gpom_snapshot_io_t io();
+
+private:
+    static gpom_status_t read(void *ctx, uint32_t slot, uint32_t offset_bytes, uint8_t *block);
+    static gpom_status_t write(void *ctx, uint32_t slot, uint32_t offset_bytes,
+                               const uint8_t *block);
+    static gpom_status_t flush(void *ctx, uint32_t slot);
+    void close_all();
+
+    uint32_t slot_bytes_;
+    int fds_[2] = {-1, -1}; ///< -1: not there, which reads as damaged.
+    int folder_fd_ = -1;    ///< -1: not for writing.
+};
+
+} // namespace gpom_tools
+
+#endif
