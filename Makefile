@@ -96,7 +96,7 @@ PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.
 # The daemon; what it shares with the tools are the readers of files.
 LINUX_OBJ := $(call objects,$(wildcard ports/linux/*.cpp))
 LINUX_LIB := $(filter-out %/gpomd.o,$(LINUX_OBJ)) \
-             $(call objects,tools/lib/params_toml tools/lib/toml_table)
+             $(call objects,tools/lib/params_toml tools/lib/toml_table tools/lib/snapshot_file)
 LCM_TOOL_OBJ := $(call objects,$(LCM_TOOL_SRC) $(wildcard tests/linux/*.cpp))
 LCM_TOOLS := $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/library-map $(BUILD)/linux_tests
 CODEC_SRC := $(wildcard ports/codec/*.c)
@@ -128,7 +128,7 @@ results: tools build/setup/results ## Judge all methods, logs of DATA, streets: 
 
 codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS= for firmware)
 
-gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build the LCM daemon, gpom-replay and gpom-watch
+gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build the LCM daemon and its tools
 
 demo-lcm: gpomd $(BUILD)/gpom-sim ## Replay a street or LOG over LCM into gpomd: build/demo-lcm
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
