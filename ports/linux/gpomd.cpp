@@ -298,6 +298,7 @@ void Daemon::run()
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr); // of all threads; watch() waits for them
+    std::signal(SIGXFSZ, SIG_IGN); // a snapshot that may not grow is a failed one, not the end
     if (const char *const problem = bus_.open(config_.lcm_url); problem != nullptr) {
         throw std::runtime_error(problem);
     }

@@ -2,6 +2,9 @@
 import math
 import os
 import random
+import re
+import resource
+import signal
 import socket
 import struct
 import subprocess
@@ -253,16 +256,18 @@ def test_more_scans_than_can_be_mapped_are_counted_not_queued(start, peer):
     start(intake="queue_scans = 2", map="beam_max = 60000\nkeep_m = 0.01")
     watch = Watch(URL)
     rng = random.Random(1)
-    burst = [encoded(scan(peer, i, n_ranges=2000, angle_step=0.003,
-                          ranges=[rng.uniform(1, 30) for _ in range(2000)])) for i in range(60)]
-    for message in burst:
-        watch.bus.publish("GPOM_SCAN", message)
+    for i in range(800):
+        watch.bus.publish("GPOM_SCAN", encoded(scan(
+            peer, i, n_ranges=1500, angle_step=0.004,
+            ranges=[rng.uniform(1, 30) for _ in range(1500)])))
+        if i % 8 == 7 and watch.collect(0.02, lambda: watch.status is not None
+                                        and watch.status["counts"]["scans_overrun"] > 0):
+            break
 
-    def is_over():
-        counts = watch.status and watch.status["counts"]
-        return counts and counts["scans_received"] + counts["scans_lost"] >= 50 and (
-            counts["scans_received"] == counts["scans_inserted"] + counts["scans_overrun"])
-    wait_until(watch, is_over)
+    def is_accounted_for():
+        counts = watch.status["counts"]
+        return counts["scans_received"] == counts["scans_inserted"] + counts["scans_overrun"]
+    wait_until(watch, is_accounted_for)
     assert watch.status["counts"]["scans_overrun"] > 0
 
 
@@ -550,6 +555,69 @@ def test_memory_is_taken_at_start_and_stays(start, street):
     replay(street)
     wait_until(watch, lambda: watch.status["counts"]["scans_received"] == 80)
     assert watch.status["process_bytes"] - before < 2_000_000  # liblcm's buffers
+
+
+# ---- snapshots ----------------------------------------------------------------------------------
+
+def restored(daemon):
+    """(beams, sequence) of the snapshot that a daemon said it restored."""
+    found = re.search(r"restored (\d+) beams from snapshot (\d+)", "".join(daemon.lines))
+    assert found, daemon.lines
+    return int(found[1]), int(found[2])
+
+
+def test_a_stopped_daemon_s_map_is_there_again_after_the_start(start, street, tmp_path):
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 1000'
+    daemon, watch = start(rest=snapshot), Watch(URL)
+    assert "no whole snapshot" in "".join(daemon.lines)
+    replay(street)
+    cells, _ = library_cells(daemon, street, tmp_path)
+    wait_for_map(watch, cells)
+    stamp_us, n_beams = watch.map.tile.stamp_us, watch.status["n_beams"]
+    assert daemon.stop() == 0
+    again, watch = start(rest=snapshot), Watch(URL)
+    assert restored(again)[0] == n_beams
+    wait_for_map(watch, cells)
+    assert abs(watch.map.tile.stamp_us - stamp_us) < 1000 and math.isnan(watch.map.tile.pose[0])
+
+
+def test_a_daemon_killed_at_any_moment_comes_back_with_the_last_snapshot(start, street, tmp_path):
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 0.1'
+    rng, n_known = random.Random(3), 0
+    for i in range(8):
+        daemon, watch = start(rest=snapshot), Watch(URL)
+        if i > 0:
+            n_beams, sequence = restored(daemon)
+            assert sequence >= n_known and n_beams > 0
+            n_known = sequence
+        sender = subprocess.Popen([tool("gpom-replay"), street, "--rate", "20"],
+                                  stdout=subprocess.DEVNULL)
+        wait_until(watch, lambda w=watch: w.status is not None
+                   and w.status["counts"]["snapshots_written"] > 0 and w.status["n_beams"] > 0)
+        watch.collect(rng.uniform(0.0, 0.2))
+        n_known += watch.status["counts"]["snapshots_written"]
+        daemon.stop(signal.SIGKILL)
+        sender.wait(20)
+
+
+def test_a_snapshot_that_cannot_be_written_is_counted_and_the_older_one_stays(start, peer, tmp_path):
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 0.1'
+    daemon, watch = start(rest=snapshot), Watch(URL)
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: watch.status is not None and watch.status["n_beams"] > 0)
+    written = watch.status["counts"]["snapshots_written"]
+    wait_until(watch, lambda: watch.status["counts"]["snapshots_written"] > written + 1)
+    resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+    wait_until(watch, lambda: watch.status["counts"]["snapshots_failed"] > 1)
+    assert daemon.stop() == 0
+    assert restored(start(rest=snapshot))[0] > 0
+
+
+def test_a_snapshot_folder_that_is_not_there_is_named(tmp_path):
+    path = tmp_path / "gpomd.toml"
+    path.write_text(config_text(rest='[snapshot]\npath = "none/map"'))
+    done = run("gpomd", "--config", path)
+    assert done.returncode == 2 and f"{tmp_path}/none/map.0: cannot open" in done.stderr
 
 
 # ---- gpom-watch ---------------------------------------------------------------------------------
