@@ -156,7 +156,7 @@ void Publisher::wake()
     changed_.notify_one();
 }
 
-/// Copy cells and state. False: there is no map yet, or the raster kept moving: try at the next turn.
+/// Copy cells and state. False: there is no map yet, or the raster kept moving: at the next turn.
 bool Publisher::copy()
 {
     state_ = mapping_->state(); // before the cells: they may be newer than it says, never older

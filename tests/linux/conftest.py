@@ -22,6 +22,8 @@ BUILD = (ROOT / os.environ.get("GPOM_BUILD", "build/host-release")).resolve()
 CLONE_NEWNET = 0x40000000
 URL = "udpm://239.255.76.67:7667?ttl=0"
 PATIENCE_S = 20
+T0_US = 1_000_000_000  # stamp of the first scan of a test's own
+N_BEAMS = 31
 
 
 def own_network():
@@ -193,3 +195,24 @@ def difference(collected, cells):
         return "no map came"
     n = sum(a != b for a, b in zip(cells_of(collected), cells))
     return f"{n} of {len(cells)} codes differ; {collected.summary()}"
+
+
+def library_cells(daemon, scans, tmp_path, *points):
+    """Codes that the library itself gives, and what it prints of points."""
+    path = tmp_path / "cells"
+    done = run("library-map", daemon.config, scans, path, *points)
+    assert done.returncode == 0, done.stderr
+    return path.read_bytes(), [list(map(float, line.split())) for line in done.stdout.splitlines()]
+
+
+def replay(path, *arguments):
+    done = run("gpom-replay", path, "--rate", 20, *arguments)
+    assert done.returncode == 0, done.stderr
+
+
+def scan(peer, i, **fields):
+    """The i-th scan of a robot that drives along x and sees a round wall."""
+    fields = {"utime": T0_US + 100_000 * i, "sequence": i, "pose": [20.0 + 0.1 * i, 80.0, 0.3],
+              "pose_cov": [0.0] * 9, "angle_min": -1.5, "angle_step": 0.1, "n_ranges": N_BEAMS,
+              "ranges": [8.0] * N_BEAMS, **fields}
+    return peer("gpom.scan_t", **fields)
