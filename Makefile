@@ -104,9 +104,9 @@ PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.
 # The daemon; what it shares with the tools are the readers of files.
 LINUX_OBJ := $(call objects,$(wildcard ports/linux/*.cpp))
 LINUX_LIB := $(filter-out %/gpomd.o,$(LINUX_OBJ)) \
-             $(call objects,tools/lib/params_toml tools/lib/toml_table)
+             $(call objects,tools/lib/params_toml tools/lib/toml_table tools/lib/snapshot_file)
 LCM_TOOL_OBJ := $(call objects,$(LCM_TOOL_SRC) $(wildcard tests/linux/*.cpp))
-LCM_TOOLS := $(BUILD)/gpomd $(BUILD)/gpom-replay
+LCM_TOOLS := $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/library-map $(BUILD)/linux_tests
 CODEC_SRC := $(wildcard ports/codec/*.c)
 CODEC_OBJ := $(call objects,$(CODEC_SRC))
 FUZZERS   := $(patsubst tests/fuzz/%.cpp,build/host-fuzz/%,$(wildcard tests/fuzz/*.cpp))
@@ -143,7 +143,7 @@ codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS=
 bench-insert: tools ## Time inserting scans into a map of 20,000 beams
 	$(Q)$(BUILD)/gpom-live insert --params tools/params/street.toml
 
-gpomd: $(LCM_TOOLS) $(BUILD)/gpom-watch ## Build the LCM daemon, gpom-replay and gpom-watch
+gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build the LCM daemon and its tools
 
 demo-lcm: gpomd $(BUILD)/gpom-sim ## Replay a street or LOG over LCM into gpomd: build/demo-lcm
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
@@ -199,7 +199,7 @@ distclean: ## Remove build/ whole
 
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo demo-lcm \
         results fuzz test test-all lint format check-symbols firmware test-firmware clean distclean \
-        test-programs unit tsan endian codec-tests fuzzers firmware-image FORCE
+        test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -208,7 +208,7 @@ RUN_TESTS = SEED=$(SEED) EXEC="$(EXEC)" GPOM_DATA=$(abspath $(DATA)) \
             GPOM_BUILD=$(abspath build/host-release) FUZZ_RUNS=$(FUZZ_RUNS) \
             FUZZ_SECONDS=$(FUZZ_SECONDS) python3 tests/run.py
 
-test-programs: lib tools unit codec-tests $(BUILD)/api_c99 build/setup/python
+test-programs: lib tools unit codec-tests linux-tests $(BUILD)/api_c99 build/setup/python
 	$(Q)$(MAKE) CONFIG=sanitize unit codec-tests
 
 unit: $(BUILD)/unit_tests
@@ -226,6 +226,8 @@ endian: $(BUILD)/snapshot_bytes
 	$(Q)if tools/setup endian; then \
 	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; \
 	else echo "no big-endian toolchain: its test will be skipped"; fi
+
+linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/library-map $(BUILD)/linux_tests $(BUILD)/lcm/stamp
 
 codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 
@@ -310,6 +312,10 @@ $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)
 $(BUILD)/gpomd: $(BUILD)/obj/ports/linux/gpomd.o $(LINUX_LIB)
 $(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
     $(call objects,tools/lib/scan_log tools/lib/text_lines)
+$(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) \
+    $(call objects,tools/lib/scan_log tools/lib/text_lines)
+$(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/unit/main.cpp) \
+    $(LINUX_LIB)
 $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_codec.a,$^) $(filter %gpom.a,$^) \

@@ -3,8 +3,8 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools tsan endian firmware
-instructions fuzz lint; `base` is the first eight, `extra` the rest. Called by make, which builds
+Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux tsan endian firmware
+instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by make, which builds
 what they need first. A failure is printed with its output, a skip with its reason. Exit code 1 if
 anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
@@ -27,7 +27,8 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 RESULTS = "build/test-results"
 SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
-BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools"]
+BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools",
+        "linux"]
 EXTRA = ["tsan", "endian", "firmware", "instructions", "fuzz", "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
@@ -167,13 +168,19 @@ def run_symbols(results):
               ["tools/check_symbols.py", "--exports", f"{HOST}/libgpom.so"])
 
 
-def run_pytest(results):
-    if not glob.glob("tests/tools/**/test_*.py", recursive=True):
-        results.skip("tools", "tests/tools holds no test yet")
-        return
-    report = f"{RESULTS}/tools.xml"
-    run_junit(results, "tools", ["build/venv/bin/python", "-m", "pytest", "-q", "-p",
-                                 "no:cacheprovider", f"--junitxml={report}", "tests/tools"], report)
+def run_pytest(results, suite, before=()):
+    report = f"{RESULTS}/{suite}.xml"
+    run_junit(results, suite, [*before, "build/venv/bin/python", "-m", "pytest", "-q", "-p",
+                               "no:cacheprovider", f"--junitxml={report}", f"tests/{suite}"],
+              report)
+
+
+def run_linux(results):
+    """Root of a user namespace of its own may give each test a network of its own."""
+    run_doctest(results, "linux-unit", f"{HOST}/linux_tests")
+    as_root = ["unshare", "-r"]
+    may_be_root = os.getuid() != 0 and run([*as_root, "true"])[0] == 0
+    run_pytest(results, "linux", as_root if may_be_root else ())
 
 
 def run_tsan(results):
@@ -243,7 +250,8 @@ SUITES = {
     "c99": run_c99,
     "headers": run_headers,
     "symbols": run_symbols,
-    "tools": run_pytest,
+    "tools": lambda results: run_pytest(results, "tools"),
+    "linux": run_linux,
     "tsan": run_tsan,
     "endian": run_endian,
     "firmware": run_firmware,

@@ -244,6 +244,7 @@ def terminal_lines(collected, columns=100):
 # ---- command line -------------------------------------------------------------------------------
 
 def watch_live(watch, seconds):
+    watch.request_keyframe()
     end = time.monotonic() + seconds
     while (left := end - time.monotonic()) > 0:
         watch.collect(min(1.0, left))

@@ -8,14 +8,17 @@
 #include "ports/linux/memory.hpp"
 #include "ports/linux/notify.hpp"
 #include "ports/linux/publisher.hpp"
+#include "ports/linux/snapshots.hpp"
 #include "ports/linux/status.hpp"
 #include "tools/lib/command_line.hpp"
+#include "tools/lib/snapshot_file.hpp"
 
 #include <csignal>
 
 #include <atomic>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -53,7 +56,8 @@ constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
                                  {GPOM_WIRE_SCANS_OVERRUN, "too many at once"},
                                  {GPOM_WIRE_TIME_GAPS, "gaps in time"},
                                  {GPOM_WIRE_POSES_REFUSED, "poses refused"},
-                                 {GPOM_WIRE_QUERIES_REFUSED, "queries refused"}};
+                                 {GPOM_WIRE_QUERIES_REFUSED, "queries refused"},
+                                 {GPOM_WIRE_SNAPSHOTS_FAILED, "snapshots not written"}};
 
 void log(const std::string &text)
 {
@@ -71,6 +75,9 @@ public:
 private:
     std::size_t need() const;
     bool has_per_beam() const;
+    void init_parts();
+    void restore();
+    void run_threads(const sigset_t &signals);
     void subscribe();
     void receive(const std::atomic<bool> &stop);
     void watch(const sigset_t &signals);
@@ -92,6 +99,8 @@ private:
     ScanQueue scans_;
     QueryQueue queries_;
     Intake intake_;
+    std::optional<gpom_tools::SnapshotFile> snapshot_file_;
+    Snapshots snapshots_;
     MapThread mapping_;
     Publisher publisher_;
     std::atomic<std::uint64_t> pulse_{0}; ///< Of the receiving thread.
@@ -113,7 +122,7 @@ std::size_t Daemon::need() const
     const IntakeConfig &intake = config_.intake;
     return ScanQueue::need(intake.queue_scans + 1, intake.ranges_max, has_per_beam()) +
            QueryQueue::need() + Intake::need(config_) + MapThread::need(config_) +
-           Publisher::need(config_);
+           Snapshots::need(config_) + Publisher::need(config_);
 }
 
 void Daemon::init(const char *config_path) { read_config(config_path, config_); }
@@ -248,16 +257,8 @@ void Daemon::watch(const sigset_t &signals)
     status.send(true);
 }
 
-void Daemon::run()
+void Daemon::init_parts()
 {
-    sigset_t signals;
-    sigemptyset(&signals);
-    sigaddset(&signals, SIGTERM);
-    sigaddset(&signals, SIGINT);
-    pthread_sigmask(SIG_BLOCK, &signals, nullptr); // of all threads; watch() waits for them
-    if (const char *const problem = bus_.open(config_.lcm_url); problem != nullptr) {
-        throw std::runtime_error(problem);
-    }
     if (!memory_.reserve(need())) {
         throw std::runtime_error("not enough memory for the map; lower map.beam_max or the raster");
     }
@@ -265,18 +266,58 @@ void Daemon::run()
     queries_.init(memory_);
     intake_.init(config_, memory_, scans_, counts_);
     const char *const problem =
-        mapping_.init(config_, memory_, {&bus_, &scans_, &queries_, &counts_});
+        mapping_.init(config_, memory_, {&bus_, &scans_, &queries_, &snapshots_, &counts_});
     if (problem != nullptr) {
         throw std::runtime_error(std::string("map: ") + problem);
     }
     publisher_.init(config_, memory_, bus_, mapping_, counts_);
-    subscribe();
+    if (config_.snapshot_path[0] != '\0') {
+        snapshot_file_.emplace(config_.snapshot_path, config_.map.beam_max, true);
+        snapshots_.init(config_, memory_, snapshot_file_->io(), counts_);
+    }
+}
 
+void Daemon::restore()
+{
+    gpom_snapshot_report_t report = {};
+    if (mapping_.restore(report)) {
+        log("restored " + std::to_string(report.n_beams) + " beams from snapshot " +
+            std::to_string(report.sequence) +
+            (report.params_differ != 0 ? ", taken with other hyperparameters" : "") +
+            (report.n_dropped > 0 ? "; " + std::to_string(report.n_dropped) + " did not fit" : ""));
+    } else if (snapshots_.is_used()) {
+        log(std::string("no whole snapshot in ") + config_.snapshot_path +
+            ": the map begins empty");
+    }
+}
+
+void Daemon::run()
+{
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGTERM);
+    sigaddset(&signals, SIGINT);
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr); // of all threads; watch() waits for them
+    std::signal(SIGXFSZ, SIG_IGN); // a snapshot that may not grow is a failed one, not the end
+    if (const char *const problem = bus_.open(config_.lcm_url); problem != nullptr) {
+        throw std::runtime_error(problem);
+    }
+    init_parts();
+    check();
+    restore();
+    subscribe();
+    run_threads(signals);
+    log_drops();
+    log("stopped after " + std::to_string(counts_[GPOM_WIRE_SCANS_INSERTED]) + " scans");
+}
+
+void Daemon::run_threads(const sigset_t &signals)
+{
     std::atomic<bool> stop_receiving{false}, stop_mapping{false}, stop_publishing{false};
+    std::thread writer([&] { snapshots_.run(); });
     std::thread mapper([&] { mapping_.run(stop_mapping); });
     std::thread publisher([&] { publisher_.run(stop_publishing); });
     std::thread receiver([&] { receive(stop_receiving); });
-    check();
     log(std::string("ready on ") + config_.lcm_url);
     notify("READY=1");
     watch(signals);
@@ -285,11 +326,11 @@ void Daemon::run()
     stop_mapping = true;
     scans_.ready.wake();
     mapper.join();
+    snapshots_.stop();
+    writer.join();
     stop_publishing = true;
     publisher_.wake();
     publisher.join();
-    log_drops();
-    log("stopped after " + std::to_string(counts_[GPOM_WIRE_SCANS_INSERTED]) + " scans");
 }
 
 } // namespace

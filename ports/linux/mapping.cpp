@@ -3,6 +3,7 @@
 #include "ports/linux/clock.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace gpomd
 {
@@ -47,7 +48,8 @@ void MapThread::run(const std::atomic<bool> &stop)
     while (!stop.load(std::memory_order_relaxed)) {
         pulse_.fetch_add(1, std::memory_order_relaxed);
         std::uint32_t i_slot = 0;
-        if (links_.scans->ready.pop(i_slot, is_done ? kSleep_us : 0)) {
+        const bool is_busy = links_.snapshots->step(map_, monotonic_us()) || !is_done;
+        if (links_.scans->ready.pop(i_slot, is_busy ? 0 : kSleep_us)) {
             insert(links_.scans->slot(i_slot));
             links_.scans->free.push(i_slot);
             is_done = !step();
@@ -63,6 +65,22 @@ void MapThread::run(const std::atomic<bool> &stop)
         insert(links_.scans->slot(i_slot));
         links_.scans->free.push(i_slot);
     }
+    links_.snapshots->finish(map_);
+}
+
+bool MapThread::restore(gpom_snapshot_report_t &report)
+{
+    gpom_lowres_info_t info = {};
+    if (!links_.snapshots->is_used() || !links_.snapshots->restore(map_, report) ||
+        gpom_lowres_info(map_, GPOM_LAYER_COARSE, &info) != GPOM_OK) {
+        return false;
+    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    state_.has_map = report.n_beams > 0;
+    state_.stamp_us = info.stamp0_us + std::int64_t{1000} * info.newest_ms;
+    std::fill_n(state_.pose, 3, std::numeric_limits<double>::quiet_NaN());
+    state_.n_beams = report.n_beams;
+    return true;
 }
 
 /// A slice of the work that scans leave behind; the least that keeps all of it going while many
@@ -91,7 +109,6 @@ void MapThread::insert(const ScanSlot &slot)
     }
     switch (status) {
     case GPOM_OK:
-    case GPOM_ERR_FULL:
         note_inserted(slot);
         break;
     case GPOM_ERR_REACH:
@@ -123,7 +140,7 @@ void MapThread::note_inserted(const ScanSlot &slot)
     gpom_stats_t stats = {};
     const bool has_stats = gpom_map_stats(map_, &stats) == GPOM_OK;
     const std::lock_guard<std::mutex> lock(mutex_);
-    state_.has_scan = true;
+    state_.has_map = true;
     state_.stamp_us = slot.stamp_us;
     state_.pose[0] = slot.pose.x_m;
     state_.pose[1] = slot.pose.y_m;

@@ -7,6 +7,7 @@
 #include "ports/linux/config.hpp"
 #include "ports/linux/counts.hpp"
 #include "ports/linux/scan_queue.hpp"
+#include "ports/linux/snapshots.hpp"
 
 #include <atomic>
 #include <cstddef>
@@ -18,9 +19,9 @@ namespace gpomd
 
 /// How far the map is; a copy for other threads.
 struct MapState {
-    bool has_scan;
+    bool has_map;            ///< A scan was inserted, or a snapshot restored.
     std::int64_t stamp_us;   ///< Of the newest scan inserted.
-    double pose[3];          ///< Robot at stamp_us, map frame [m, m, rad].
+    double pose[3];          ///< Robot at stamp_us, map frame [m, m, rad]; NaN: not known.
     std::int64_t lag_us;     ///< From stamp_us to its insertion.
     std::int64_t lag_us_max; ///< Worst since MapThread::state() was last asked to reset it.
     std::uint32_t n_beams;
@@ -32,6 +33,7 @@ struct MapLinks {
     Bus *bus;
     ScanQueue *scans;
     QueryQueue *queries;
+    Snapshots *snapshots;
     Counts *counts;
 };
 
@@ -41,7 +43,10 @@ public:
     /// NULL, or why the library refuses the configuration; static storage.
     const char *init(const Config &config, Memory &memory, const MapLinks &links);
 
-    /// Work until `stop`; then insert what is still queued.
+    /// Read the newest snapshot, before the thread runs. False: there is none.
+    bool restore(gpom_snapshot_report_t &report);
+
+    /// Work until `stop`; then insert what is still queued, and take a last snapshot.
     void run(const std::atomic<bool> &stop);
 
     MapState state(bool reset_lag_max = false);

@@ -156,12 +156,12 @@ void Publisher::wake()
     changed_.notify_one();
 }
 
-/// Copy cells and state. False: no scan came yet, or the raster kept moving: try at the next turn.
+/// Copy cells and state. False: there is no map yet, or the raster kept moving: at the next turn.
 bool Publisher::copy()
 {
     state_ = mapping_->state(); // before the cells: they may be newer than it says, never older
-    return state_.has_scan && gpom_lowres_copy(mapping_->map(), GPOM_LAYER_COARSE, cells_, n_cells_,
-                                               &info_) == GPOM_OK;
+    return state_.has_map && gpom_lowres_copy(mapping_->map(), GPOM_LAYER_COARSE, cells_, n_cells_,
+                                              &info_) == GPOM_OK;
 }
 
 /// Send all tiles, or those that changed. If none did but scans came, the robot's tile is sent all
@@ -224,9 +224,10 @@ bool Publisher::has_changed(std::uint32_t i_tile) const
 std::uint32_t Publisher::tile_of_robot() const
 {
     const gpom_raster_t &raster = info_.raster;
+    // fmax() and fmin() make 0 of a place that is not known
     const auto clamped = [&raster](double from_corner_m, std::uint32_t n) {
         return static_cast<std::uint32_t>(
-            std::clamp(from_corner_m / raster.cell_m, 0.0, static_cast<double>(n - 1)));
+            std::fmin(std::fmax(from_corner_m / raster.cell_m, 0.0), static_cast<double>(n - 1)));
     };
     const std::uint32_t ix = clamped(state_.pose[0] - raster.x0_m, raster.nx);
     const std::uint32_t iy = clamped(state_.pose[1] - raster.y0_m, raster.ny);

@@ -24,8 +24,9 @@ void StatusSender::send(bool is_stopping)
     gpom_wire_status_t status = {};
     status.stamp_us = wall_us();
     status.sequence = sequence_++;
-    status.state = static_cast<std::uint8_t>(state_of(state, is_stopping, now_us));
+    status.state = static_cast<std::uint8_t>(state_of(is_stopping, now_us));
     status.version = static_cast<std::int32_t>(gpom_version());
+    status.map_format = GPOM_MAP_FORMAT;
     status.frame_epoch = has_info ? static_cast<std::int32_t>(info.frame_epoch) : 0;
     status.uptime_us = now_us - started_us_;
     status.scan_stamp_us = state.stamp_us;
@@ -56,8 +57,7 @@ float StatusSender::rate_of(std::size_t place, std::int64_t span_us)
     return static_cast<float>(1e6 * static_cast<double>(n) / static_cast<double>(span_us));
 }
 
-gpom_wire_state_t StatusSender::state_of(const MapState &state, bool is_stopping,
-                                         std::int64_t now_us)
+gpom_wire_state_t StatusSender::state_of(bool is_stopping, std::int64_t now_us)
 {
     const std::int64_t n_inserted = counts_[GPOM_WIRE_SCANS_INSERTED];
     if (n_inserted != n_inserted_) {
@@ -67,7 +67,7 @@ gpom_wire_state_t StatusSender::state_of(const MapState &state, bool is_stopping
     if (is_stopping) {
         return GPOM_WIRE_STATE_STOPPING;
     }
-    if (!state.has_scan) {
+    if (n_inserted == 0) {
         return GPOM_WIRE_STATE_STARTING;
     }
     const bool is_stale = now_us - inserted_us_ > config_.publish.stale_after_us;

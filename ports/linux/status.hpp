@@ -21,7 +21,7 @@ public:
 
 private:
     float rate_of(std::size_t place, std::int64_t span_us);
-    gpom_wire_state_t state_of(const MapState &state, bool is_stopping, std::int64_t now_us);
+    gpom_wire_state_t state_of(bool is_stopping, std::int64_t now_us);
     void add_map_counts(const gpom_stats_t &stats);
 
     const Config &config_;

@@ -1,0 +1,386 @@
+"""gpomd over real LCM: what goes in must come out, whatever is lost must be counted."""
+import math
+import random
+import struct
+import subprocess
+import time
+
+import numpy as np
+import pytest
+from conftest import (N_BEAMS, ROOT, T0_US, URL, encoded, library_cells, replay, scan,
+                      wait_for_map, wait_for_status, wait_until)
+from gpom_watch import Watch
+
+# ---- the way through ----------------------------------------------------------------------------
+
+def test_the_published_map_is_the_library_s_to_the_last_code(start, street, tmp_path):
+    daemon, watch = start(), Watch(URL)
+    replay(street)
+    cells, _ = library_cells(daemon, street, tmp_path)
+    wait_for_map(watch, cells)
+    counts = wait_for_status(watch, scans_inserted=40)["counts"]
+    assert counts["scans_received"] == 40
+    assert watch.map.n_bad == 0 and len(set(cells)) > 50
+    assert daemon.stop() == 0 and "stopped after 40 scans" in daemon.lines[-1]
+
+
+def test_a_recorded_log_rebuilds_the_map_bit_for_bit(start, street, tmp_path):
+    log = tmp_path / "bus.log"
+    daemon, watch = start(), Watch(URL)
+    logger = subprocess.Popen(["/usr/bin/lcm-logger", "--quiet", "--force", "--flush-interval=50",
+                               f"--lcm-url={URL}", str(log)], stdout=subprocess.DEVNULL)
+    time.sleep(0.5)
+    replay(street)
+    cells, _ = library_cells(daemon, street, tmp_path)
+    wait_for_map(watch, cells)
+    logger.terminate()
+    logger.wait(10)
+    daemon.stop()
+    again, watch = start(), Watch(URL)
+    replay(log, "--channel", "GPOM_SCAN")
+    wait_for_map(watch, cells)
+    assert again.stop() == 0
+
+
+@pytest.mark.parametrize("name", ["map_t", "status_t"])
+def test_subscribers_made_by_lcm_gen_read_what_gpom_watch_reads(name, start, peer):
+    start()
+    watch, messages = Watch(URL), []
+    channel = {"map_t": "GPOM_MAP", "status_t": "GPOM_STATUS"}[name]
+    watch.bus.subscribe(channel, lambda _, data: messages.append(data))
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: messages and watch.map.is_whole and watch.status)
+    time.sleep(0.1)
+    message = peer.type(f"gpom.{name}").decode(messages[-1])
+    assert message.crc32 == struct.unpack(">i", messages[-1][-4:])[0]
+    if name == "map_t":
+        assert (message.map_nx, message.map_ny) == (watch.map.tile.map_nx, watch.map.tile.map_ny)
+        assert message.utime == T0_US and list(message.pose) == [20.0, 80.0, 0.3]
+        assert len(message.probability) == message.nx * message.ny == message.n_cells
+    else:
+        assert message.version == 100 and message.beam_max == 8000
+        assert message.map_bytes > 61 * 8000
+
+
+def test_tiles_carry_corner_keyframe_and_order(start, peer):
+    """Half a cell or a tile in the wrong place would show here."""
+    start(raster="cell_m = 0.5\nnx = 60\nny = 55\ncorner = [12.0, 70.5]")
+    watch, tiles = Watch(URL), []
+    watch.bus.subscribe("GPOM_MAP", lambda _, data: tiles.append(
+        peer.type("gpom.map_t").decode(data)))
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: watch.map.is_whole)
+    first = tiles[:9]
+    assert [tile.i_tile for tile in first] == list(range(9))
+    assert {(tile.map_sequence, tile.n_tiles, tile.keyframe) for tile in first} == {(0, 9, 1)}
+    assert sum(tile.n_cells for tile in first) == 60 * 55
+    for tile in first:
+        assert list(tile.corner) == [12.0 + 0.5 * tile.ix0, 70.5 + 0.5 * tile.iy0]
+    ix, iy = int((20 - 12) / 0.5), int((80 - 70.5) / 0.5)
+    wait_until(watch, lambda: watch.map.classes()[iy, ix] == 0)  # the robot stands on free ground
+
+
+def test_the_map_stays_fresh_when_nothing_changes_and_keyframes_come_on_request(start, peer):
+    start(publish="keyframe_s = 1000")
+    watch, keyframes = Watch(URL), []
+    watch.bus.subscribe("GPOM_MAP", lambda _, data: keyframes.append(
+        peer.type("gpom.map_t").decode(data).keyframe))
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: watch.map.is_whole and watch.status is not None
+               and watch.status["n_cells_dirty"] == 0)
+    watch.collect(1.0)
+    del keyframes[:]
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 1, ranges=[math.nan] * N_BEAMS)))
+    wait_until(watch, lambda: watch.map.tile.stamp_us == T0_US + 100_000)
+    assert 1 not in keyframes
+    watch.request_keyframe()
+    wait_until(watch, lambda: 1 in keyframes)
+
+
+# ---- what is dropped ----------------------------------------------------------------------------
+
+def counted(watch, before):
+    """What rose since, but for scans received."""
+    after = watch.status["counts"]
+    return {name: after[name] - before[name] for name in before
+            if name.startswith(("scans", "poses", "time")) and after[name] != before[name]}
+
+
+def check_counts(watch, messages, received, **expected):
+    """Send messages; exactly these counters rise, by so much."""
+    sequence = watch.status["sequence"]
+    wait_until(watch, lambda: watch.status["sequence"] > sequence + 1)
+    before = watch.status["counts"]
+    for channel, data in messages:
+        watch.bus.publish(channel, data)
+        time.sleep(0.002)  # in order, one by one
+    expected = {**({"scans_received": received} if received else {}), **expected}
+    assert watch.collect(5, lambda: counted(watch, before) == expected), (
+        expected, counted(watch, before))
+
+
+def test_every_fault_of_own_scans_raises_its_counter_alone(start, peer):
+    start()
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+
+    def send(*scans):
+        return [("GPOM_SCAN", data if isinstance(data, bytes) else encoded(data))
+                for data in scans]
+    now_us = int(time.time() * 1e6)
+    damaged = bytearray(encoded(scan(peer, 1)))
+    damaged[40] ^= 1
+    cases = [
+        ([scan(peer, 0)], 1, {"scans_inserted": 1}),
+        ([bytes(damaged)], 1, {"scans_corrupt": 1}),
+        ([b"", b"short", encoded(scan(peer, 1))[:-1]], 3,
+         {"scans_malformed": 2, "scans_corrupt": 1}),
+        ([encoded(peer("bot_core.pose_t"))], 1, {"scans_other_type": 1}),
+        ([scan(peer, 1, sensor_id=7)], 1, {"scans_malformed": 1}),
+        ([scan(peer, 1, angle_min=math.nan)], 1, {"scans_malformed": 1}),
+        ([scan(peer, 1, n_ranges=3000, ranges=[1.0] * 3000)], 1, {"scans_malformed": 1}),
+        ([scan(peer, 1), scan(peer, 1)], 2, {"scans_inserted": 1, "scans_repeated": 1}),
+        ([scan(peer, 5)], 1, {"scans_inserted": 1, "scans_lost": 3}),
+        ([scan(peer, 3)], 1, {"scans_reordered": 1}),
+        ([scan(peer, 6, utime=T0_US)], 1, {"scans_jumped_back": 1}),
+        ([scan(peer, 7, utime=now_us + 3600 * 10**6)], 1, {"scans_too_new": 1}),
+        ([scan(peer, 8, pose=[math.nan, 0, 0])], 1, {"scans_bad_pose": 1}),
+        ([scan(peer, 9, pose_cov=[-1.0] * 9)], 1, {"scans_bad_pose": 1}),
+        ([scan(peer, 10, pose=[1e5, 0, 0])], 1, {"scans_out_of_reach": 1}),
+        ([scan(peer, 0, utime=T0_US + 2_000_000)], 1, {"scans_inserted": 1}),  # sender restarted
+        ([scan(peer, 1, utime=T0_US + 2_100_000)], 1, {"scans_inserted": 1}),
+        # the sender's clock was set back: followed at the tenth in order
+        ([scan(peer, 2 + i, utime=1000 * (i + 1)) for i in range(11)], 11,
+         {"scans_jumped_back": 9, "scans_inserted": 2}),
+    ]
+    for messages, received, expected in cases:
+        check_counts(watch, send(*messages), received, **expected)
+
+
+def test_scans_older_than_allowed_are_refused(start, peer):
+    start(intake="age_max_s = 60")
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    check_counts(watch, [("GPOM_SCAN", encoded(scan(peer, 0)))], 1, scans_too_old=1)
+    fresh = scan(peer, 1, utime=int(time.time() * 1e6) - 1_000_000)
+    check_counts(watch, [("GPOM_SCAN", encoded(fresh))], 1, scans_inserted=1)
+
+
+FOREIGN = {
+    "bot_core": {"sensors": '[[sensor]]\ntype = "bot_core.planar_lidar_t"\nrange_max_m = 34.0',
+                 "rest": '[pose]\ntype = "bot_core.pose_t"\nwait_max_s = 0.3'},
+    "mbot": {"sensors": '[[sensor]]\ntype = "mbot_lcm_msgs.lidar_t"\nrange_max_m = 34.0',
+             "rest": '[pose]\ntype = "mbot_lcm_msgs.pose2D_t"\nchannel = "SLAM_POSE"\n'
+                     'wait_max_s = 0.3'},
+}
+
+
+def lidar(peer, stamp_us, **fields):
+    fields = {"utime": stamp_us, "nranges": N_BEAMS, "ranges": [8.0] * N_BEAMS, "rad0": -1.5,
+              "radstep": 0.1, **fields}
+    return "LIDAR", peer("bot_core.planar_lidar_t", **fields).encode()
+
+
+def pose(peer, stamp_us, **fields):
+    fields = {"utime": stamp_us, "pos": [20.0, 80.0, 0.0], "orientation": [1.0, 0.0, 0.0, 0.0],
+              **fields}
+    return "POSE", peer("bot_core.pose_t", **fields).encode()
+
+
+def test_every_fault_of_foreign_scans_and_poses_raises_its_counter_alone(start, peer):
+    start(**FOREIGN["bot_core"])
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    ms = 1000
+    cases = [
+        ([pose(peer, T0_US)], 0, {"poses_received": 1}),
+        ([lidar(peer, T0_US)], 1, {"scans_inserted": 1}),
+        ([lidar(peer, T0_US)], 1, {"scans_repeated": 1}),
+        ([lidar(peer, T0_US - 1)], 1, {"scans_jumped_back": 1}),
+        ([lidar(peer, T0_US + 50 * ms), pose(peer, T0_US + 100 * ms)], 1,
+         {"scans_inserted": 1, "poses_received": 1}),  # the pose comes later
+        ([lidar(peer, T0_US + 150 * ms)], 1, {"scans_no_pose": 1}),  # it does not come
+        ([lidar(peer, T0_US + 200 * ms), pose(peer, T0_US + 900 * ms)], 1,
+         {"scans_no_pose": 1, "poses_received": 1}),  # too far from the one before
+        ([pose(peer, T0_US), pose(peer, T0_US + 1000 * ms, pos=[math.nan, 0, 0]),
+          ("POSE", b"nonsense")], 0, {"poses_received": 3, "poses_refused": 3}),
+        ([pose(peer, T0_US + 3000 * ms), lidar(peer, T0_US + 3000 * ms)], 1,
+         {"scans_inserted": 1, "poses_received": 1, "time_gaps": 1}),
+        ([("LIDAR", encoded(scan(peer, 0)))], 1, {"scans_other_type": 1}),
+        ([("LIDAR", lidar(peer, T0_US)[1] + b"more")], 1, {"scans_malformed": 1}),
+        ([lidar(peer, T0_US + 3100 * ms, rad0=math.inf)], 1, {"scans_malformed": 1}),
+    ]
+    for messages, received, expected in cases:
+        check_counts(watch, messages, received, **expected)
+
+
+def test_a_scan_from_before_the_oldest_pose_is_too_old(start, peer):
+    start(**FOREIGN["bot_core"])
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    check_counts(watch, [pose(peer, T0_US), lidar(peer, T0_US - 1)], 1, poses_received=1,
+                 scans_too_old=1)
+
+
+def test_more_scans_than_can_be_mapped_are_counted_not_queued(start, peer):
+    start(intake="queue_scans = 2", map="beam_max = 60000\nkeep_m = 0.01")
+    watch = Watch(URL)
+    rng = random.Random(1)
+    for i in range(800):
+        watch.bus.publish("GPOM_SCAN", encoded(scan(
+            peer, i, n_ranges=1500, angle_step=0.004,
+            ranges=[rng.uniform(1, 30) for _ in range(1500)])))
+        if i % 8 == 7 and watch.collect(0.02, lambda: watch.status is not None
+                                        and watch.status["counts"]["scans_overrun"] > 0):
+            break
+
+    def is_accounted_for():
+        counts = watch.status["counts"]
+        return counts["scans_received"] == counts["scans_inserted"] + counts["scans_overrun"]
+    wait_until(watch, is_accounted_for)
+    assert watch.status["counts"]["scans_overrun"] > 0
+
+
+def test_garbage_on_every_channel_changes_no_cell(start, street, peer, tmp_path):
+    daemon, watch = start(), Watch(URL)
+    replay(street)
+    cells, _ = library_cells(daemon, street, tmp_path)
+    wait_for_map(watch, cells)
+    rng = random.Random(2)
+    good = encoded(scan(peer, 1000))
+    n_sent = 400
+    for i in range(n_sent):
+        data = bytearray(rng.randbytes(rng.randrange(0, 300)) if i % 2 else good)
+        for _ in range(rng.randrange(1, 8)):
+            if data:
+                data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+        channel = rng.choice(["GPOM_SCAN", "GPOM_QUERY", "GPOM_MAP_REQUEST"])
+        watch.bus.publish(channel, bytes(data[:rng.randrange(len(data) + 1)] if i % 3 else data))
+        if i % 20 == 0:
+            time.sleep(0.01)
+    wait_until(watch, lambda: watch.status is not None
+               and watch.status["counts"]["scans_received"] > 40 + n_sent / 4)
+    counts = watch.status["counts"]
+    assert counts["scans_inserted"] == 40
+    bad = ("other_type", "corrupt", "malformed")
+    assert counts["scans_received"] == 40 + sum(counts[f"scans_{name}"] for name in bad)
+    wait_for_map(watch, cells)
+
+
+# ---- other families ------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("family", FOREIGN)
+def test_other_families_scans_give_the_same_map(family, start, street, tmp_path):
+    """Their angles are float32, their poses quaternions or float32: what is near an edge may tip.
+    Without a cap on points of one scan, since beams with times of their own go in one by one."""
+    params = (ROOT / "tools" / "params" / "street.toml").read_text()
+    (tmp_path / "params.toml").write_text(params.replace("scan_points_max", "# scan_points_max"))
+    daemon = start(params="params.toml", **FOREIGN[family])
+    watch = Watch(URL)
+    replay(street, "--family", family)
+    wait_for_status(watch, scans_inserted=40)
+    assert watch.status["counts"]["poses_received"] == 40
+    cells, _ = library_cells(daemon, street, tmp_path)
+    expected = np.frombuffer(cells, np.uint8).reshape(2, 60, 70)[0]
+
+    def is_near():
+        if not watch.map.is_whole:
+            return False
+        gap = np.abs(watch.map.probability.astype(int) - expected)
+        return np.mean(gap > 2) < 0.01
+    wait_until(watch, is_near)
+
+
+def test_beams_with_times_of_their_own_are_placed_where_the_robot_was(start, peer):
+    """A robot drives at 10 m/s past a wall at y = 85: straight only if each beam has its pose."""
+    start(**FOREIGN["mbot"], raster="cell_m = 0.25\nnx = 160\nny = 40\ncorner = [10.0, 77.0]")
+    watch, duration_us, n = Watch(URL), 500_000, 101
+    for i in range(61):
+        t_us = T0_US + 10_000 * i
+        watch.bus.publish("SLAM_POSE", peer("mbot_lcm_msgs.pose2D_t", utime=t_us,
+                                            x=20.0 + 10e-6 * (t_us - T0_US), y=80.0).encode())
+    times = [T0_US + duration_us * k // (n - 1) for k in range(n)]
+    for stamp_us in (T0_US, T0_US + 1):
+        watch.bus.publish("LIDAR", peer(
+            "mbot_lcm_msgs.lidar_t", utime=stamp_us, num_ranges=n, times=times,
+            ranges=[5.0] * n, thetas=[math.pi / 2] * n, intensities=[0.0] * n).encode())
+    wait_for_status(watch, scans_inserted=2)
+    iy, ix0, ix1 = round((85 - 77) / 0.25), int((20.5 - 10) / 0.25), int((24.5 - 10) / 0.25)
+    wait_until(watch, lambda: watch.map.tile is not None
+               and (watch.map.classes()[iy, ix0:ix1] == 2).all()
+               and (watch.map.classes()[iy - 4, ix0:ix1] == 0).all())
+
+
+def test_other_families_maps_keep_their_conventions(start, street, peer):
+    """mbot: corner of cell 0, sign by class; libbot: centre of cell 0, probability."""
+    start(publish='grid = "SLAM_MAP"\npixels = "PIXEL_MAP"\ngrid_s = 0.1')
+    watch, grids, pixels = Watch(URL), [], []
+    watch.bus.subscribe("SLAM_MAP", lambda _, data: grids.append(data))
+    watch.bus.subscribe("PIXEL_MAP", lambda _, data: pixels.append(data))
+    replay(street)
+    assert watch.collect_settled(20, 1.0)
+    del grids[:], pixels[:]
+    wait_until(watch, lambda: grids and pixels)
+    grid = peer.type("mbot_lcm_msgs.occupancy_grid_t").decode(grids[-1])
+    assert (grid.origin_x, grid.origin_y, grid.meters_per_cell) == (0.0, 50.0, 1.0)
+    assert (grid.width, grid.height, grid.num_cells) == (70, 60, 70 * 60)
+    odds = np.array(grid.cells).astype(np.int8).reshape(60, 70).astype(int)
+    classes = watch.map.classes()
+    assert ((odds < 0) == (classes == 0)).all()
+    assert (odds[classes == 2] > 0).all() and (odds[classes == 3] == 0).all()
+    pixel = peer.type("occ_map.pixel_map_t").decode(pixels[-1])
+    assert list(pixel.dimensions) == [70, 60] and list(pixel.xy0) == [0.5, 50.5]
+    assert pixel.mpp == 1.0 and (pixel.compressed, pixel.data_type) == (0, 1)
+    chance = np.frombuffer(pixel.mapData, "<f4").reshape(60, 70)
+    known = classes != 3
+    code = watch.map.probability[known].astype(float)
+    assert (np.ceil(254 * chance[known].astype(float) - 1e-4) == code).mean() > 0.999
+    assert (chance[~known] == 0.5).all()
+
+
+# ---- questions ----------------------------------------------------------------------------------
+
+def ask(watch, peer, **fields):
+    """The answer to a query."""
+    answers = []
+    subscription = watch.bus.subscribe("GPOM_ANSWER", lambda _, data: answers.append(
+        peer.type("gpom.answer_t").decode(data)))
+    points = [peer("gpom.point_t", x=x, y=y) for x, y in fields.pop("points")]
+    query = peer("gpom.query_t", client=77, sequence=5, n_points=len(points), points=points,
+                 **fields)
+    watch.bus.publish("GPOM_QUERY", encoded(query))
+    wait_until(watch, lambda: answers)
+    watch.bus.unsubscribe(subscription)
+    assert (answers[0].client, answers[0].sequence) == (77, 5)
+    return answers[0]
+
+
+def test_answers_are_the_library_s(start, street, peer, tmp_path):
+    daemon, watch = start(), Watch(URL)
+    replay(street)
+    wait_for_status(watch, scans_inserted=40)
+    corners = [(5.0, 93.0), (30.0, 93.5), (30.0, 88.0)]
+    arcs = [*np.arange(0, 30.5, 2.0), 25 + 5.5 + 0.005]  # the first leg is 25.005 m long
+    leg = math.hypot(25.0, 0.5)
+    along = [(5 + 25 * s / leg, 93 + 0.5 * s / leg) if s < leg else (30.0, 93.5 - (s - leg))
+             for s in arcs[:-1]] + [corners[-1]]
+    for kind, places, asked in ((0, corners, corners), (1, along, corners)):
+        numbers = [repr(float(number)) for place in places for number in place]
+        _, expected = library_cells(daemon, street, tmp_path, *numbers)
+        answer = ask(watch, peer, kind=kind, step_m=2.0 * kind, points=asked)
+        got = [[p.mean, p.variance, p.probability, p.cls] for p in answer.points]
+        assert answer.status == 0 and len(got) == len(expected)
+        got, expected = np.float32(got), np.float32(expected)
+        assert np.allclose(got, expected, rtol=0, atol=2e-5 if kind else 0)
+    assert answer.map_utime == round(1e6 * float(street.read_text().splitlines()[-1].split(",")[0]))
+
+
+@pytest.mark.parametrize("status, step_m, points", [
+    (1, 0.1, [(0, 60), (50, 60)]), (2, 0.0, [(0, 60), (1, 60)]), (2, math.nan, [(0, 60), (1, 60)]),
+    (3, 1.0, [(1e6, 60)]), (0, 1.0, [(3, 60)])])
+def test_a_path_that_cannot_be_answered_is_refused_by_cause(status, step_m, points, start, peer):
+    start()
+    answer = ask(Watch(URL), peer, kind=1, step_m=step_m, points=points)
+    assert answer.status == status
+    assert answer.n_points == {0: 1, 3: 1}.get(status, 0)
+    assert all(point.cls == 3 for point in answer.points) or status != 3

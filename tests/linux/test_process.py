@@ -1,0 +1,275 @@
+"""gpomd as a process: starts, stops, kills, configuration, memory; and what looks at it."""
+import math
+import os
+import random
+import re
+import resource
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+from conftest import (BUILD, ROOT, T0_US, URL, config_text, encoded, library_cells, own_network,
+                      replay, run, scan, tool, wait_for_map, wait_for_status, wait_until)
+from gpom_watch import Watch
+
+# ---- the process --------------------------------------------------------------------------------
+
+def test_a_new_daemon_takes_over_and_subscribers_notice(start, peer):
+    first, watch = start(), Watch(URL)
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: watch.map.is_whole)
+    states = []
+    watch.bus.subscribe("GPOM_STATUS", lambda _, data: states.append(
+        peer.type("gpom.status_t").decode(data).state))
+    assert first.stop() == 0
+    wait_until(watch, lambda: states and states[-1] == 3)
+    losses = watch.map.n_lost
+    start()
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 1)))
+    wait_until(watch, lambda: watch.map.n_lost > losses and watch.map.is_whole)
+    assert watch.map.tile.stamp_us == T0_US + 100_000
+
+
+def test_states_follow_the_scans(start, peer):
+    start(publish="stale_s = 0.5")
+    watch, states = Watch(URL), []
+    watch.bus.subscribe("GPOM_STATUS", lambda _, data: states.append(
+        peer.type("gpom.status_t").decode(data).state))
+    wait_until(watch, lambda: 0 in states)
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: 1 in states and 2 in states)
+    assert states == sorted(states)
+
+
+def test_systemd_hears_that_it_is_ready_alive_and_stopping(start, tmp_path):
+    path = str(tmp_path / "notify")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(path)
+        listener.settimeout(10)
+        daemon = start(environment={"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "300000"})
+        heard = [listener.recv(100) for _ in range(5)]
+        assert heard[0] == b"READY=1" and set(heard[1:]) == {b"WATCHDOG=1"}
+        assert daemon.stop() == 0
+        while heard[-1] != b"STOPPING=1":
+            heard.append(listener.recv(100))
+
+
+def test_the_unit_file_is_valid(tmp_path):
+    text = (ROOT / "ports" / "linux" / "gpomd.service").read_text()
+    unit = tmp_path / "gpomd.service"
+    unit.write_text(text.replace("/usr/local/bin/gpomd", tool("gpomd")))
+    try:
+        done = subprocess.run(["systemd-analyze", "verify", unit], capture_output=True, text=True,
+                              timeout=60, check=False)
+    except FileNotFoundError:
+        pytest.skip("no systemd-analyze here")
+    ours = [line for line in done.stderr.splitlines() if "gpomd" in line]
+    assert done.returncode == 0 and not ours, done.stderr
+
+
+SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
+
+
+@pytest.mark.parametrize("parts, line, text", [
+    ({"map": "beam_max = 0"}, 7, "map.beam_max: must be a whole number from 1 to 20000000"),
+    ({"map": "beams = 5"}, 7, "map.beams: unknown key; remove it"),
+    ({"map": "clear_scans = 1"}, 7, "map.clear_scans: must be 0, or 2 to 4 with keep_m over 0"),
+    ({"raster": "nx = 5\nny = 5"}, 8, "raster.cell_m: missing; add it"),
+    ({"raster": "cell_m = 1\nnx = 30000\nny = 30000"}, 10, "raster.nx: a raster of so many cells "
+     "cannot be published; make cells larger"),
+    ({"sensors": ""}, None, "sensor: missing; add it"),
+    ({"sensors": SENSOR + "\nid = 0\n" + SENSOR}, 7, "sensor[1].id: is that of sensor[0] on this "
+     "channel"),
+    ({"sensors": '[[sensor]]\ntype = "bot_core.planar_lidar_t"\nrange_max_m = 9'}, 4,
+     "sensor[0].type: scans of this type carry no pose; add a [pose] table"),
+    ({"sensors": SENSOR + '\nchannel = "A*"'}, 6, "sensor[0].channel: must be a channel's name of "
+     "letters, digits and _-/.:#"),
+    ({"sensors": SENSOR + "\nmasks = [[1]]"}, 6,
+     "sensor[0].masks: each must be [from, to], bearings in rad"),
+    ({"sensors": SENSOR + "\nmount = [0, 0]"}, 6, "sensor[0].mount: must be a list of 3 finite "
+     "numbers"),
+    ({"sensors": SENSOR + "\nrange_min_m = 40"}, 5, "sensor[0].range_max_m: must be over "
+     "range_min_m"),
+    ({"intake": "step_ops = 5"}, 14, "intake.step_ops: must be a whole number from "),
+    ({"publish": "map_hz = 0"}, 17, "publish.map_hz: must be from 0.01 to 1000"),
+    ({"publish": "stale_s = [1]"}, 17, "publish.stale_s: must be a number"),
+    ({"top": "what is this"}, 2, "not TOML: "),
+    ({"params": "none.toml"}, 1, "params: none.toml: cannot open; give the name of a parameters"),
+])
+def test_a_wrong_configuration_is_refused_with_file_line_and_field(parts, line, text, tmp_path):
+    path = tmp_path / "bad.toml"
+    path.write_text(config_text(**parts))
+    done = run("gpomd", "--config", path, "--check")
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
+    place = f"gpomd: {path}" + (f":{line}" if line else "") + ": "
+    assert done.stderr.startswith(place), done.stderr
+    assert text in done.stderr.replace(str(tmp_path) + "/", "")
+
+
+def test_the_shipped_configuration_is_good_and_says_the_defaults(tmp_path):
+    """Switching on everything that is commented out changes nothing but what it adds."""
+    shipped = ROOT / "ports" / "linux" / "gpomd.toml"
+    done = run("gpomd", "--config", shipped, "--check")
+    assert done.returncode == 0, done.stderr
+    text = shipped.read_text().replace("../..", str(ROOT))
+    lines = [line[2:] if line.startswith("# ") and (" = " in line or line.startswith("# ["))
+             else line for line in text.splitlines()]
+    whole = tmp_path / "whole.toml"
+    whole.write_text("\n".join(line for line in lines if "--check" not in line))
+    again = run("gpomd", "--config", whole, "--check")
+    assert again.returncode == 0, again.stderr
+    assert again.stdout.split(";")[0] == done.stdout.split(";")[0]
+
+
+def test_without_a_multicast_route_it_says_so_in_one_sentence(tmp_path):
+    path = tmp_path / "gpomd.toml"
+    path.write_text(config_text())
+    os.close(own_network()[0])  # a fresh one, where nothing is set up; network() leads back
+    done = run("gpomd", "--config", path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "ip route add 224.0.0.0/4 dev lo" in done.stderr
+
+
+@pytest.mark.parametrize("url, text", [
+    ("udpm://127.0.0.1:7667", "the address is not one of multicast"),
+    ("udpm://nonsense:7667", "must be udpm://ADDRESS:PORT"),
+    ("udpm://239.1.2.3:99999", "must be udpm://ADDRESS:PORT")])
+def test_an_address_that_is_no_network_is_refused(url, text, tmp_path):
+    path = tmp_path / "gpomd.toml"
+    path.write_text(config_text(top=f'lcm_url = "{url}"'))
+    done = run("gpomd", "--config", path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and text in done.stderr
+
+
+def test_memory_is_taken_at_start_and_stays(start, street):
+    start()
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    before = watch.status["process_bytes"]
+    replay(street)
+    wait_for_status(watch, scans_inserted=40)
+    replay(street)
+    wait_until(watch, lambda: watch.status["counts"]["scans_received"] == 80)
+    assert watch.status["process_bytes"] - before < 2_000_000  # liblcm's buffers
+
+
+# ---- snapshots ----------------------------------------------------------------------------------
+
+def restored(daemon):
+    """(beams, sequence) of the snapshot that a daemon said it restored."""
+    found = re.search(r"restored (\d+) beams from snapshot (\d+)", "".join(daemon.lines))
+    assert found, daemon.lines
+    return int(found[1]), int(found[2])
+
+
+def test_a_stopped_daemon_s_map_is_there_again_after_the_start(start, street, tmp_path):
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 1000'
+    daemon, watch = start(rest=snapshot), Watch(URL)
+    assert "no whole snapshot" in "".join(daemon.lines)
+    replay(street)
+    cells, _ = library_cells(daemon, street, tmp_path)
+    wait_for_map(watch, cells)
+    stamp_us, n_beams = watch.map.tile.stamp_us, watch.status["n_beams"]
+    assert daemon.stop() == 0
+    again, watch = start(rest=snapshot), Watch(URL)
+    assert restored(again)[0] == n_beams
+    wait_for_map(watch, cells)
+    assert abs(watch.map.tile.stamp_us - stamp_us) < 1000 and math.isnan(watch.map.tile.pose[0])
+
+
+def test_a_daemon_killed_at_any_moment_comes_back_with_the_last_snapshot(start, street, tmp_path):
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 0.1'
+    rng, n_known = random.Random(3), 0
+    for i in range(8):
+        daemon, watch = start(rest=snapshot), Watch(URL)
+        if i > 0:
+            n_beams, sequence = restored(daemon)
+            assert sequence >= n_known and n_beams > 0
+            n_known = sequence
+        sender = subprocess.Popen([tool("gpom-replay"), street, "--rate", "20"],
+                                  stdout=subprocess.DEVNULL)
+        wait_until(watch, lambda w=watch: w.status is not None
+                   and w.status["counts"]["snapshots_written"] > 0 and w.status["n_beams"] > 0)
+        watch.collect(rng.uniform(0.0, 0.2))
+        n_known += watch.status["counts"]["snapshots_written"]
+        daemon.stop(signal.SIGKILL)
+        sender.wait(20)
+
+
+def test_a_snapshot_that_cannot_be_written_is_counted(start, peer, tmp_path):
+    """And the older one stays."""
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 0.1'
+    daemon, watch = start(rest=snapshot), Watch(URL)
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: watch.status is not None and watch.status["n_beams"] > 0)
+    written = watch.status["counts"]["snapshots_written"]
+    wait_until(watch, lambda: watch.status["counts"]["snapshots_written"] > written + 1)
+    resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+    wait_until(watch, lambda: watch.status["counts"]["snapshots_failed"] > 1)
+    assert daemon.stop() == 0
+    assert restored(start(rest=snapshot))[0] > 0
+
+
+def test_a_snapshot_folder_that_is_not_there_is_named(tmp_path):
+    path = tmp_path / "gpomd.toml"
+    path.write_text(config_text(rest='[snapshot]\npath = "none/map"'))
+    done = run("gpomd", "--config", path)
+    assert done.returncode == 2 and f"{tmp_path}/none/map.0: cannot open" in done.stderr
+
+
+# ---- gpom-watch ---------------------------------------------------------------------------------
+
+def test_gpom_watch_draws_the_map_and_prints_it(start, street, tmp_path):
+    start()
+    replay(street)
+    picture = tmp_path / "map.png"
+    done = run("gpom-watch", "--settled", "--out", picture, "--json")
+    assert done.returncode == 0, done.stderr
+    assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n" and '"is_whole": true' in done.stdout
+    status = run("gpom-watch", "--status")
+    assert status.returncode == 0 and '"scans_inserted": 40' in status.stdout
+    live = run("gpom-watch", "--seconds", "1.5")
+    assert live.returncode == 0 and "R" in live.stdout and "#" in live.stdout
+
+
+def test_gpom_watch_says_when_nothing_comes():
+    done = run("gpom-watch", "--status", "--seconds", "0.5")
+    assert done.returncode == 2 and "gpomd is not running" in done.stderr
+
+
+# ---- examples for subscribers -------------------------------------------------------------------
+
+def c_example(tmp_path):
+    program = tmp_path / "subscribe_map"
+    subprocess.run(["cc", "-std=c99", "-Wall", "-Werror", "-I.", "-Iinclude",
+                    "tools/examples/subscribe_map.c", tool("libgpom_codec.a"), "-llcm", "-lm",
+                    "-o", program], check=True, cwd=ROOT, timeout=60)
+    return [program]
+
+
+def python_example(_):
+    return [sys.executable, ROOT / "tools" / "examples" / "subscribe_map.py"]
+
+
+@pytest.mark.parametrize("example", [c_example, python_example])
+def test_the_examples_show_the_map_and_say_when_it_is_stale(example, start, peer, tmp_path):
+    command, output = example(tmp_path), tmp_path / "output"
+    start(publish="keyframe_s = 0.2")
+    watch = Watch(URL)
+    with output.open("w") as file:
+        shown = subprocess.Popen([*command, URL], stdout=file,
+                                 env={**os.environ, "PYTHONPATH": str(BUILD / "lcm" / "python")})
+    try:
+        now_us = int(time.time() * 1e6)
+        watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0, utime=now_us)))
+        wait_until(watch, lambda: "age 0" in output.read_text()
+                   and output.read_text().splitlines()[-1].startswith("stale"))
+        occupied = int((watch.map.classes() == 2).sum())
+        wait_until(watch, lambda: f"{occupied} occupied" in output.read_text())
+        assert occupied > 0
+    finally:
+        shown.kill()
+        shown.wait(10)
