@@ -197,9 +197,10 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo demo-lcm \
-        results fuzz test test-all lint format check-symbols firmware test-firmware clean distclean \
-        test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image FORCE
+.PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
+        demo-lcm results fuzz test test-all lint format check-symbols firmware test-firmware clean \
+        distclean test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image \
+        FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
