@@ -146,7 +146,8 @@ void read_masks(const TomlTable &table, SensorConfig &config)
 void read_sensor(const TomlTable &table, SensorConfig &config)
 {
     table.refuse_keys_beyond({"channel", "type", "id", "mount", "range_min_m", "range_max_m",
-                              "range_sd_m", "upside_down", "masks", "latency_s", "gap_max_s"},
+                              "range_sd_m", "upside_down", "masks", "latency_s", "gap_max_s",
+                              "no_return"},
                              "; remove it");
     config.type = type_of(table, kScanTypes);
     const bool is_own = config.type == ScanType::gpom_scan;
@@ -172,6 +173,11 @@ void read_sensor(const TomlTable &table, SensorConfig &config)
     const double range_sd_m = number_or(table, "range_sd_m", 0.0, {0.0, 1e3});
     config.sensor.range_var_m2 = static_cast<float>(range_sd_m * range_sd_m);
     config.sensor.upside_down = table.has("upside_down") && table.truth("upside_down") ? 1 : 0;
+    const std::string no_return = table.has("no_return") ? table.word("no_return") : "free";
+    if (no_return != "free" && no_return != "ignore") {
+        table.fail("no_return", "no_return: \"" + no_return + "\" is not one of free, ignore");
+    }
+    config.ignores_no_return = no_return == "ignore";
     config.latency_us = seconds_or(table, "latency_s", 0.0, {-10.0, 10.0});
     config.gap_max_us = seconds_or(table, "gap_max_s", 1.0, {1e-3, 3600.0});
     read_masks(table, config);

@@ -35,6 +35,7 @@ struct SensorConfig {
     std::uint16_t id;        ///< gpom.scan_t: the sender's number; else 0.
     std::int64_t latency_us; ///< Subtracted from every stamp.
     std::int64_t gap_max_us; ///< Types without sequence: a longer silence counts as a gap.
+    bool ignores_no_return;  ///< Readings of the maximum or more are failures, not free space.
     gpom_sensor_t sensor;    ///< Its masks point to `masks` below.
     gpom_mask_t masks[kMasksMax];
 };

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 
 namespace gpomd
 {
@@ -88,6 +89,11 @@ void Intake::take_scan(const char *channel, const Message &message)
     slot.stamp_us -= sensor.latency_us;
     for (std::uint32_t i = 0; slot.is_per_beam && i < slot.n_ranges; ++i) {
         slot.stamps_us[i] -= sensor.latency_us;
+    }
+    for (std::uint32_t i = 0; sensor.ignores_no_return && i < slot.n_ranges; ++i) {
+        if (slot.ranges_m[i] >= sensor.sensor.range_max_m) {
+            slot.ranges_m[i] = std::numeric_limits<float>::quiet_NaN();
+        }
     }
     if (admit(slot, sequence, message.wall_us)) {
         keep_spare();

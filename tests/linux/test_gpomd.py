@@ -166,6 +166,19 @@ def test_scans_older_than_allowed_are_refused(start, peer):
     check_counts(watch, [("GPOM_SCAN", encoded(fresh))], 1, scans_inserted=1)
 
 
+@pytest.mark.parametrize("no_return, counter", [("free", "beams_no_return"),
+                                                ("ignore", "beams_nan")])
+def test_what_no_return_means_is_configured(no_return, counter, start, peer):
+    start(sensors='[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0\n'
+                  f'no_return = "{no_return}"')
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    ranges = [8.0] * (N_BEAMS - 2) + [34.0, math.inf]
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0, ranges=ranges)))
+    counts = wait_for_status(watch, scans_inserted=1, beams_hit=N_BEAMS - 2)["counts"]
+    assert [counts["beams_no_return"], counts["beams_nan"]].count(2) == 1 and counts[counter] == 2
+
+
 FOREIGN = {
     "bot_core": {"sensors": '[[sensor]]\ntype = "bot_core.planar_lidar_t"\nrange_max_m = 34.0',
                  "rest": '[pose]\ntype = "bot_core.pose_t"\nwait_max_s = 0.3'},
