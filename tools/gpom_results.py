@@ -16,6 +16,8 @@ from dataclasses import dataclass
 
 from tqdm import tqdm
 
+import live_section
+
 EXIT_USAGE = 2
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PRESETS = ("indoor", "campus", "street")
@@ -54,10 +56,11 @@ class Job:
     seed: int
     words: tuple
     learnings: tuple = ()
+    tool: str = "gpom-eval"
 
     def shown(self):
         lines = [seedless("gpom-learn", words) for words in self.learnings]
-        return "\n".join([*lines, seedless("gpom-eval", self.words)])
+        return "\n".join([*lines, seedless(self.tool, self.words)])
 
 
 def seedless(tool, words):
@@ -137,6 +140,15 @@ def all_jobs(arguments, logs):
     return jobs + list(street_jobs(arguments.streets, arguments.points))
 
 
+def live_jobs(arguments, logs):
+    jobs = [Job("live", log.name, seed, live_section.judge_words(log.name, seed), tool="gpom-live")
+            for log in logs for seed in arguments.seeds]
+    if arguments.drive > 0:
+        jobs.append(Job("drive", "town", 0, live_section.drive_words(arguments.drive),
+                        tool="gpom-live"))
+    return jobs
+
+
 class Runner:
     """Runs tools of one build with a folder for what they write."""
 
@@ -165,7 +177,7 @@ class Runner:
             folder.mkdir(parents=True, exist_ok=True)
             self.run("gpom-learn", *words)
         name = "-".join((job.table, job.data, str(job.seed))).replace(" ", "-") + ".json"
-        self.run("gpom-eval", *job.words, "--json", f"$STREETS/{name}")
+        self.run(job.tool, *job.words, "--json", f"$STREETS/{name}")
         return json.loads((self.folder / name).read_text(encoding="utf-8"))
 
 
@@ -380,6 +392,24 @@ def street_sections(figures, jobs, streets):
     yield neighbour_table(figures.reports["neighbours", "street 0", 0])
 
 
+def live_sections(figures, jobs, arguments, names):
+    seeds = "`$SEED` = " + ", ".join(map(str, arguments.seeds)) + "\n"
+    if names:
+        reports = {name: [figures.reports["live", name, seed] for seed in arguments.seeds]
+                   for name in names}
+        yield "## The live map: what is worth keeping\n"
+        yield commands_text([job for job in jobs if job.table == "live"], seeds)
+        yield ("All scans in order, nine returns in ten, into a map of 16,384 beams, against as "
+               "many beams drawn at\nrandom from the same; the other returns judge. In brackets "
+               "the spread over the seeds.\n")
+        yield table_text(*live_section.accuracy_table(reports))
+        yield table_text(*live_section.work_table(reports))
+    if arguments.drive > 0:
+        yield "## The live map: a long drive\n"
+        yield commands_text([job for job in jobs if job.table == "drive"])
+        yield table_text(*live_section.drive_table(figures.reports["drive", "town", 0]))
+
+
 def document(figures, jobs, arguments, logs):
     names = [log.name for log in logs]
     streets = [f"street {i}" for i in range(arguments.streets)]
@@ -387,12 +417,13 @@ def document(figures, jobs, arguments, logs):
     absent = [log.name for log in LOGS if log.name not in names]
     if absent:
         parts.append("Logs left out, not in the data folder: " + ", ".join(absent) + ".\n")
-    notes = dict.fromkeys(n for report in figures.reports.values() for n in report["left_out"])
+    notes = dict.fromkeys(n for report in figures.reports.values() for n in report.get("left_out", []))
     parts += [f"Left out: {note}.\n" for note in notes]
     if names:
         parts += log_sections(figures, jobs, arguments, names)
     if streets:
         parts += street_sections(figures, jobs, streets)
+    parts += live_sections(figures, jobs, arguments, names)
     places = [("beams 0.04", log.name, pathlib.Path(params_of(log.preset)).stem, "all")
               for log in logs if 0.04 in arguments.fractions]
     places += [("street", name, "street", "near") for name in streets]
@@ -439,6 +470,8 @@ def parse_arguments():
                         help="streets of seeds 0 to N - 1 (default: 5)")
     parser.add_argument("--points", type=int, choices=range(100, 1_000_001), default=20000,
                         metavar="N", help="test points of a street (default: 20000)")
+    parser.add_argument("--drive", type=int, choices=range(0, 10_000_001), default=20000,
+                        metavar="N", help="scans of the long drive (default: 20000)")
     parser.add_argument("--jobs", type=int, choices=range(1, 65), default=2, metavar="N",
                         help="runs at once (default: 2)")
     return parser.parse_args()
@@ -462,6 +495,7 @@ def make_results(arguments):
     jobs = all_jobs(arguments, logs)
     if not jobs:
         raise ResultsError("nothing to judge: no logs and no streets")
+    jobs += live_jobs(arguments, logs)
     with tempfile.TemporaryDirectory(prefix="gpom-results-") as folder:
         runner = Runner(arguments.build, arguments.data, pathlib.Path(folder))
         reports = run_jobs(runner, jobs, arguments.streets, arguments.jobs)

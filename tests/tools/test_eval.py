@@ -323,7 +323,7 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
     texts = []
     for name in ("a.md", "b.md"):
         done = results(run, tool, tmp_path, tmp_path / name, "--seeds", "0,1", "--fractions",
-                       "0.04", "--streets", 1, "--points", 100)
+                       "0.04", "--streets", 1, "--points", 100, "--drive", 0)
         assert done.returncode == 0, done.stderr
         assert "intel left out" in done.stdout
         texts.append((tmp_path / name).read_text(encoding="utf-8"))
@@ -334,7 +334,8 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
                   "gpom-eval log --scans $DATA/seattle.log.gz", "`$SEED` = 0, 1",
                   "| seattle | strong grid |", "| **mean** | OctoMap |"):
         assert words in text
-    assert text.count("```\ngpom-") == 5
+    assert text.count("```\ngpom-") == 6
+    assert "| seattle | kept |" in text and "| seattle | as many at random |" in text
     assert "--method lml --out $STREETS/seattle-0.04-seed-$SEED/lml.toml" in text
     assert "| seattle | GP, lml |" in text and "| best |" in text
     assert "gpom-learn --scans $DATA/seattle.log.gz" in text
