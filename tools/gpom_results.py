@@ -417,7 +417,8 @@ def document(figures, jobs, arguments, logs):
     absent = [log.name for log in LOGS if log.name not in names]
     if absent:
         parts.append("Logs left out, not in the data folder: " + ", ".join(absent) + ".\n")
-    notes = dict.fromkeys(n for report in figures.reports.values() for n in report.get("left_out", []))
+    notes = dict.fromkeys(note for report in figures.reports.values()
+                          for note in report.get("left_out", []))
     parts += [f"Left out: {note}.\n" for note in notes]
     if names:
         parts += log_sections(figures, jobs, arguments, names)
