@@ -120,7 +120,7 @@ SCRIPT_SRC := $(wildcard tools/gpom_*.py) tools/exact_gp.py
 SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
 
 BENCH_LIB := $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive street_world scan_log \
-             text_lines truth host_map params_toml))
+             text_lines truth host_map params_toml toml_table))
 BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
 
 # --- Public targets ----------------------------------------------------------------------------

@@ -26,7 +26,8 @@ extern "C" {
  *  gpom_map_bytes(). 62 bytes a beam: 36 the beam, 8 in each of two trees and in the one being
  *  built, 2 in lists; 8 bytes a cell. */
 #define GPOM_MAP_BYTES(beam_max, cell_max)                                                         \
-    ((size_t)4096 + (size_t)62 * (size_t)(beam_max) + (size_t)8 * (size_t)(cell_max))
+    ((size_t)3072 + (size_t)61 * (size_t)(beam_max) + (size_t)(beam_max) / 32 * 9 +                \
+     (size_t)8 * (size_t)(cell_max))
 
 /** What a map is made for. Fill with gpom_config_init(), then change. */
 typedef struct {

@@ -172,7 +172,8 @@ def test_a_stopped_daemon_s_map_is_there_again_after_the_start(start, street, tm
     replay(street)
     cells, _ = library_cells(daemon, street, tmp_path)
     wait_for_map(watch, cells)
-    stamp_us, n_beams = watch.map.tile.stamp_us, watch.status["n_beams"]
+    n_beams = wait_for_status(watch, scans_inserted=40)["n_beams"]
+    stamp_us = watch.map.tile.stamp_us
     assert daemon.stop() == 0
     again, watch = start(rest=snapshot), Watch(URL)
     assert restored(again)[0] == n_beams
