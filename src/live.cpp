@@ -108,12 +108,13 @@ uint64_t build_slice(gpom_map &map, uint64_t budget)
     return uint64_t{GPOM_INDEX_ITEM_OPS} * build_some(map.index, n);
 }
 
-/// Towards zero; far less than a whole raster or map is at stake.
+/// Towards zero, in a range that 32 bits hold: 64 bits to double is software on a Cortex-M. Beyond
+/// it nothing of the map is left, and the origin need not lie on a whole metre.
 double whole_metres(double offset_m)
 {
-    constexpr double kMax_m = 9007199254740992.0; // 2^53: every double beyond is whole
+    constexpr double kMax_m = 1e9;
     return offset_m > -kMax_m && offset_m < kMax_m
-               ? static_cast<double>(static_cast<int64_t>(offset_m))
+               ? static_cast<double>(static_cast<int32_t>(offset_m))
                : offset_m;
 }
 
