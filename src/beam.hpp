@@ -28,13 +28,14 @@ struct Beam {
     uint16_t provisional : 1; ///< Its hit is against what was known; queries do not see it yet.
     uint16_t agreed : 4;      ///< Count of scans that saw its hit again, less those against it.
     uint16_t hit_against : 2; ///< Scans in a row that saw through its hit, at most 3.
-    uint16_t hit_time : 6;    ///< Mark of the time of the last witness for or against its hit:
+    uint16_t arrived : 1;     ///< It hit where free segments of earlier scans ran.
+    uint16_t hit_time : 5;    ///< Mark of the time of the last witness for or against its hit:
                               ///< scans of one time count once.
 };
 static_assert(sizeof(Beam) == 36, "GPOM_MAP_BYTES counts on it");
 
 constexpr uint32_t kAgreedMax = 15;
-constexpr uint32_t kTimeMarkBits = 6;
+constexpr uint32_t kTimeMarkBits = 5;
 constexpr uint32_t kTimeMarkMask = (1u << kTimeMarkBits) - 1;
 
 /// Beyond this excess a beam's points have no say; keeps the noise finite.

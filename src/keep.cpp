@@ -1,5 +1,6 @@
 #include "src/keep.hpp"
 
+#include "src/known_free.hpp"
 #include "src/map.hpp"
 #include "src/witness.hpp"
 
@@ -33,17 +34,26 @@ float distance2(const Point &a, const Point &b)
     return dx_m * dx_m + dy_m * dy_m;
 }
 
+/// The two nearest kept hits of a place, within a distance: fewer have id kNoId.
+struct NearHits {
+    float d2[2];
+    int32_t id[2], slot[2];
+};
+
+NearHits near_hits(gpom_map &map, const Point &at, float within2_m2)
+{
+    NearHits near = {{within2_m2, within2_m2}, {kNoId, kNoId}, {-1, -1}};
+    NearestK<float> nearest = {near.d2, near.id, near.slot, 2};
+    search(nearest, {at.x_m, at.y_m}, map.index, map.index.hit_part, map.keeper.hit_stack);
+    return near;
+}
+
 /// Squared distance from a return to the nearest kept hit of another beam than `own_id`, or
 /// `most2_m2` if that is less.
 float gap2_of(gpom_map &map, const Beam &beam, uint32_t own_id, float most2_m2)
 {
-    float d2[2] = {most2_m2, most2_m2};
-    int32_t id[2] = {kNoId, kNoId};
-    int32_t slot[2] = {-1, -1};
-    NearestK<float> nearest = {d2, id, slot, 2};
-    const Point at = end_of(beam);
-    search(nearest, {at.x_m, at.y_m}, map.index, map.index.hit_part, map.keeper.hit_stack);
-    return id[0] == static_cast<int32_t>(own_id) ? d2[1] : d2[0];
+    const NearHits near = near_hits(map, end_of(beam), most2_m2);
+    return near.id[0] == static_cast<int32_t>(own_id) ? near.d2[1] : near.d2[0];
 }
 
 float square(float x) { return x * x; }
@@ -131,12 +141,29 @@ void enter_provisional(gpom_map &map, uint32_t slot)
     ++keeper.n_provisional;
 }
 
-/// True if a new return is at odds with free segments. Next to hits it is not asked: that is where
-/// surfaces go on.
-bool is_at_odds(gpom_map &map, const Beam &beam, float gap2_m2)
+/// True if none of the nearest hits was known before the scan, but for those that arrived, too.
+bool stands_apart(const gpom_map &map, const NearHits &near)
 {
-    return map.config.clear_scans > 0 && gap2_m2 >= square(kAloneGap * map.config.keep_m) &&
-           is_known_free(map, end_of(beam));
+    for (int i = 0; i < 2; ++i) {
+        if (near.id[i] != kNoId) {
+            const Beam &other = map.index.beams[near.slot[i]];
+            if (other.id < map.keeper.scan_first_id && other.arrived == 0) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/// Mark a new return that is at odds with free segments. Next to hits that were known it is not
+/// asked: that is where surfaces go on. Where it stands alone it may be wrong and has to wait.
+void mark_arrival(gpom_map &map, Beam &beam, const NearHits &near)
+{
+    const Point at = end_of(beam);
+    if (map.config.clear_scans > 0 && stands_apart(map, near) && is_known_free(map, at, kClear)) {
+        beam.arrived = 1;
+        beam.provisional = near.id[0] == kNoId && is_known_free(map, at, kPass) ? 1 : 0;
+    }
 }
 
 /// Whether a beam says something new; a return may then be provisional.
@@ -146,11 +173,31 @@ bool is_new(gpom_map &map, Beam &beam, bool is_sure)
     if (beam.returned == 0) {
         return !is_near_free(map, end_of(beam), kFreeSpacing * keep_m);
     }
-    const float gap2_m2 = gap2_of(map, beam, kIdEnd, square(kAloneGap * keep_m));
-    if (gap2_m2 < keep_m * keep_m) {
+    const NearHits near = near_hits(map, end_of(beam), square(kAloneGap * keep_m));
+    if (near.d2[0] < keep_m * keep_m) {
         return false;
     }
-    beam.provisional = is_sure && is_at_odds(map, beam, gap2_m2) ? 1 : 0;
+    if (is_sure) {
+        mark_arrival(map, beam, near);
+    }
+    return true;
+}
+
+/// Keep a beam in place of the one whose hit it confirms, if that still has no free segment: what
+/// gave way to something that has gone since is seen anew. True if it did.
+bool renew(gpom_map &map, Beam &beam, uint32_t slot)
+{
+    if (slot == kNoSlot) {
+        return false;
+    }
+    const Beam &old = map.index.beams[slot];
+    if (old.has_hit == 0 || old.has_free != 0) { // another one renewed it, or cleared it
+        return false;
+    }
+    beam.agreed = old.agreed;
+    beam.arrived = old.arrived;
+    drop_hit(map, slot);
+    keep(map, beam);
     return true;
 }
 
@@ -163,6 +210,9 @@ void decide(gpom_map &map, uint32_t i_beam)
     const bool clears = (group.clearing & bit) != 0;
     if ((group.against & bit) != 0 && !clears) {
         ++map.stats.beams_contradicting;
+        return;
+    }
+    if (!clears && renew(map, beam, group.renews[i_beam])) {
         return;
     }
     const bool is_known = (group.known & bit) != 0 || !is_new(map, beam, (group.sure & bit) != 0);
@@ -235,6 +285,9 @@ void settle(gpom_map &map)
     group.known = 0;
     group.against = 0;
     group.clearing = 0;
+    for (uint32_t &slot : group.renews) {
+        slot = kNoSlot;
+    }
     judge(map);
     for (uint32_t i = 0; i < group.n; ++i) {
         decide(map, i);

@@ -29,6 +29,7 @@ struct Group {
     uint32_t known;    ///< Bit i: it ends at a kept hit.
     uint32_t against;  ///< Bit i: it runs past a kept hit that stands all the same.
     uint32_t clearing; ///< Bit i: it is the last of those that cleared a hit.
+    uint32_t renews[kGroup]; ///< Slot whose hit, without free segment, beam i confirms; or kNoSlot.
 };
 
 /// A provisional beam; another in its slot has another id.

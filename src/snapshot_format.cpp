@@ -18,7 +18,7 @@ uint16_t bits_of_beam(const Beam &beam)
 {
     return static_cast<uint16_t>(beam.returned | beam.has_hit << 1 | beam.has_free << 2 |
                                  beam.provisional << 3 | beam.agreed << 4 | beam.hit_against << 8 |
-                                 beam.hit_time << 10);
+                                 beam.arrived << 10 | beam.hit_time << 11);
 }
 
 void set_bits(Beam &beam, uint32_t bits)
@@ -29,7 +29,8 @@ void set_bits(Beam &beam, uint32_t bits)
     beam.provisional = bits >> 3 & 1u;
     beam.agreed = bits >> 4 & 15u;
     beam.hit_against = bits >> 8 & 3u;
-    beam.hit_time = bits >> 10 & kTimeMarkMask;
+    beam.arrived = bits >> 10 & 1u;
+    beam.hit_time = bits >> 11 & kTimeMarkMask;
 }
 
 /// The one list of a beam's fields, for both directions.

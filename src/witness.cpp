@@ -1,5 +1,6 @@
 #include "src/witness.hpp"
 
+#include "src/known_free.hpp"
 #include "src/map.hpp"
 #include "src/workspace.hpp"
 
@@ -9,21 +10,8 @@ namespace gpom
 namespace
 {
 
-/// How near a beam passes a place to speak of it: this many times keep_m, and this share of the way
-/// it still has to go.
-struct Margin {
-    float width, slope;
-};
-
-/// A beam speaks against a hit that it passes nearer than keep_m times this, and nearer than this
-/// share of the way it still has to go: beams that graze a wall run along it before they end
-/// there. Leaves and fences let beams through a hand's breadth beside a hit that will be hit again,
-/// so that wider margins cost accuracy outdoors (DESIGN.md).
-constexpr Margin kPass = {0.15f, 0.05f};
-
-/// A hit that stood alone and was confirmed takes away the free segments that pass it so near:
-/// wider margins, as hits of one surface are keep_m apart and beams went between them.
-constexpr Margin kClear = {0.6f, 0.2f};
+/// Counts at which a hit that arrived where the place was free has settled.
+constexpr uint32_t kArrivedCounts = 3;
 
 /// Lane vectors that a group fills.
 constexpr uint32_t kVectors = kGroup / static_cast<uint32_t>(kLanes);
@@ -101,12 +89,6 @@ bool is_inside(const Box &box, const Point &p)
            p.y_m <= box.y_max_m;
 }
 
-bool overlap(const Box &a, const Box &b)
-{
-    return a.x_min_m <= b.x_max_m && b.x_min_m <= a.x_max_m && a.y_min_m <= b.y_max_m &&
-           b.y_min_m <= a.y_max_m;
-}
-
 /// Compare a hit with kLanes beams of the group.
 Witnesses witnesses_of(const Trial &trial, uint32_t i_vector, const Point &at)
 {
@@ -139,68 +121,41 @@ Witnesses witnesses_of(const Trial &trial, const Point &at)
     return all;
 }
 
-/// True if a place lies on the free segment of a kept beam of another scan, by the same margins as
-/// a beam's passing by a hit.
-bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at, const Margin &margin)
-{
-    const float keep_m = map.config.keep_m;
-    const float from_x = at.x_m - beam.x_m;
-    const float from_y = at.y_m - beam.y_m;
-    const float along = from_x * beam.dir_x + from_y * beam.dir_y;
-    const float across = lane::abs(from_x * beam.dir_y - from_y * beam.dir_x);
-    const float to_go = beam.range_m - along;
-    const float width = lane::min(margin.slope * to_go, margin.width * keep_m);
-    return along > 0.0f && to_go > keep_m && across < width && beam.id < map.keeper.scan_first_id;
-}
-
-/// Visit the free segments that a place lies on; visit(slot) tells whether to go on. Also while
-/// hits are walked.
-template <class Visit>
-void for_each_free_at(gpom_map &map, const Point &at, const Margin &margin, const Visit &visit)
-{
-    const float reach_m = margin.width * map.config.keep_m;
-    bool goes_on = true;
-    walk(
-        map.index, map.index.free_part, map.keeper.free_stack,
-        [&](const Box &box) {
-            return goes_on && box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m;
-        },
-        [&](uint32_t slot) {
-            if (goes_on && is_on_free(map, map.index.beams[slot], at, margin)) {
-                goes_on = visit(slot);
-            }
-        });
-}
-
-/// A hit was confirmed where segments were free: they give way.
-void clear_free(gpom_map &map, const Point &at)
-{
-    for_each_free_at(map, at, kClear, [&](uint32_t slot) {
-        drop_free(map, slot);
-        ++map.stats.free_cleared;
-        return true;
-    });
-}
-
 /// A scan saw the hit again: one count more if at another time, and whoever saw through it erred.
-/// One that is provisional goes on waiting if the time is its own.
+/// One that is provisional goes on waiting if the time is its own. One that arrived takes the place
+/// from the free segments when it ceases to be provisional, and again with its last count needed.
 void confirm(gpom_map &map, Beam &beam)
 {
     const uint16_t time = map.keeper.time_mark;
     const bool is_own_time = beam.stamp_ms == map.keeper.stamp_ms && beam.hit_time == time;
-    if (beam.provisional != 0 && is_own_time) {
+    const bool was_provisional = beam.provisional != 0;
+    if (was_provisional && is_own_time) {
         return;
     }
-    const bool counted = beam.hit_against == 0 && beam.hit_time == time;
-    if (beam.provisional == 0 && !counted && beam.agreed < kAgreedMax) {
-        beam.agreed = (beam.agreed + 1u) & kAgreedMax;
-    }
-    if (beam.provisional != 0) {
-        beam.provisional = 0;
-        mark_beam(map, beam);
-    }
+    const bool is_counted = !was_provisional && beam.agreed < kAgreedMax &&
+                            !(beam.hit_against == 0 && beam.hit_time == time);
+    beam.agreed = (beam.agreed + (is_counted ? 1u : 0u)) & kAgreedMax;
+    beam.provisional = 0;
     beam.hit_against = 0;
     beam.hit_time = time & kTimeMarkMask;
+    if (was_provisional) {
+        mark_beam(map, beam);
+    }
+    if (beam.arrived != 0 && (was_provisional || (is_counted && beam.agreed == kArrivedCounts))) {
+        clear_free(map, beam);
+    }
+}
+
+/// Let the first of the beams that end at a hit without free segment, and renew no other, stand
+/// for it.
+void offer_renewal(Group &group, uint32_t ends, uint32_t slot)
+{
+    for (uint32_t i = 0; i < group.n; ++i) {
+        if ((ends >> i & 1u) != 0 && group.renews[i] == kNoSlot) {
+            group.renews[i] = slot;
+            return;
+        }
+    }
 }
 
 /// A scan saw through a hit: the first in a row takes one count, the next two, four, eight, so
@@ -250,8 +205,8 @@ void judge_hit(Trial &trial, uint32_t slot)
     }
     if (witnesses.ends != 0) {
         confirm(map, beam);
-        if (was_provisional && beam.provisional == 0) {
-            clear_free(map, at);
+        if (beam.has_free == 0) {
+            offer_renewal(group, witnesses.ends, slot);
         }
     } else if (witnesses.passes != 0 && map.config.clear_scans > 0) {
         const bool gone = contradict(map, slot);
@@ -276,33 +231,6 @@ Box box_around(const Group &group, float reach_m)
 
 } // namespace
 
-bool is_near_free(gpom_map &map, const Point &at, float reach_m)
-{
-    bool is_near = false;
-    walk(
-        map.index, map.index.free_part, map.keeper.free_stack,
-        [&](const Box &box) {
-            return !is_near && box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m;
-        },
-        [&](uint32_t slot) {
-            const Offset<float> from = {at.x_m, at.y_m};
-            const float d2 = distance2(from, map.index.free_part, map.index.beams[slot]);
-            is_near = is_near || d2 < reach_m * reach_m;
-        });
-    return is_near;
-}
-
-/// True if a place is known to be free.
-bool is_known_free(gpom_map &map, const Point &at)
-{
-    bool is_free = false;
-    for_each_free_at(map, at, kPass, [&](uint32_t) {
-        is_free = true;
-        return false;
-    });
-    return is_free;
-}
-
 /// Compare all kept hits near a group's beams with them.
 void judge(gpom_map &map)
 {
@@ -312,7 +240,7 @@ void judge(gpom_map &map)
         trial.lanes[v] = lanes_of(group, v);
     }
     const auto touches_any = [&](const Box &box) {
-        if (!overlap(box, trial.box)) {
+        if (!are_near(box, trial.box, 0.0f)) {
             return false;
         }
         for (uint32_t v = 0; v < kVectors; ++v) {

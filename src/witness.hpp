@@ -14,10 +14,4 @@ namespace gpom
 /// contradicted or cleared, and the group's bits are set.
 void judge(gpom_map &map);
 
-/// True if a place is within reach of a free segment of a kept beam.
-bool is_near_free(gpom_map &map, const Point &at, float reach_m);
-
-/// True if a place lies on a free segment of a kept beam of another scan.
-bool is_known_free(gpom_map &map, const Point &at);
-
 } // namespace gpom

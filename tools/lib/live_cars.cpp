@@ -16,14 +16,23 @@ using Json = nlohmann::ordered_json;
 /// Enough for all cells that a scan marks.
 constexpr std::uint64_t kWholeStepOps = std::uint64_t{1} << 40;
 
+/// Returns from a cell with which a scan sees that something stands there; one or two may graze it.
+constexpr std::ptrdiff_t kReturnsSeen = 3;
+
 /// A cell of a vehicle and what scans after the change said of it.
 struct CarCell {
     std::size_t i_cell;
     gpom_point_t centre;
-    bool was_occupied;
+    bool was_wrong;      ///< When the change came, as it should be: else it tells nothing.
     int n_witnesses = 0; ///< Scans that saw the change.
-    int n_needed = 0;    ///< Of them, until the cell said so; 0: not yet.
+    int n_needed = 0;    ///< Of them, until the cell was no longer wrong; 0: not yet.
 };
+
+/// Of a vehicle that left, occupied is wrong; of one that arrived, free.
+bool is_wrong(const gpom_cell_t &cell, bool arrived)
+{
+    return cell.cls == (arrived ? GPOM_FREE : GPOM_OCCUPIED);
+}
 
 bool is_in(const Rect &rect, gpom_point_t at)
 {
@@ -43,7 +52,7 @@ gpom_config_t cars_config(const CarsTrial &trial)
 }
 
 std::vector<CarCell> car_cells(const StreetWorld &world, const gpom_config_t &config,
-                               const std::vector<gpom_cell_t> &cells)
+                               const std::vector<gpom_cell_t> &cells, bool arrived)
 {
     std::vector<CarCell> found;
     for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -54,7 +63,7 @@ std::vector<CarCell> car_cells(const StreetWorld &world, const gpom_config_t &co
             world.obstacles.begin() + static_cast<std::ptrdiff_t>(world.n_buildings),
             world.obstacles.end(), [&](const Rect &rect) { return is_in(rect, centre); });
         if (in_car) {
-            found.push_back({i, centre, cells[i].cls == GPOM_OCCUPIED});
+            found.push_back({i, centre, is_wrong(cells[i], arrived)});
         }
     }
     return found;
@@ -98,10 +107,11 @@ bool sees_through(const std::vector<GridBeam> &beams, gpom_point_t centre, doubl
 
 bool returns_from(const std::vector<GridBeam> &beams, gpom_point_t centre, double cell_m)
 {
-    return std::any_of(beams.begin(), beams.end(), [&](const GridBeam &beam) {
+    const auto n_returns = std::count_if(beams.begin(), beams.end(), [&](const GridBeam &beam) {
         const Passing p = passing_of(beam, centre);
         return beam.hit && std::hypot(beam.range_m - p.along_m, p.across_m) < 0.5 * cell_m;
     });
+    return n_returns >= kReturnsSeen;
 }
 
 void count_witnesses(std::vector<CarCell> &cells, const Scan &scan, const CarsTrial &trial,
@@ -118,14 +128,14 @@ void count_witnesses(std::vector<CarCell> &cells, const Scan &scan, const CarsTr
 
 /// Cells of interest by the number of witnesses they needed: [n] for n, [0] for never; how many of
 /// at least five witnesses have not changed yet.
-Json summary_json(const std::vector<CarCell> &cells, bool arrived)
+Json summary_json(const std::vector<CarCell> &cells)
 {
     constexpr int kEnough = 5;
     std::vector<int> needed;
     int n_cells = 0, n_late = 0;
     Json late = Json::array();
     for (const CarCell &cell : cells) {
-        if (cell.n_witnesses == 0 || cell.was_occupied == arrived) {
+        if (cell.n_witnesses == 0 || !cell.was_wrong) {
             continue;
         }
         ++n_cells;
@@ -179,20 +189,22 @@ Json cars_report(const CarsTrial &trial)
     for (const Scan &scan : simulate_scans(world, trial.street, nullptr)) {
         if (i_scan == change_at) {
             before = map.cells();
-            cells = car_cells(world, config, before);
+            cells = car_cells(world, config, before, arrived);
         }
         map.insert(scan);
         map.step(kWholeStepOps);
         count_witnesses(cells, scan, trial, arrived);
         const std::vector<gpom_cell_t> now = map.cells();
         for (CarCell &cell : cells) {
-            const bool says_so = (now[cell.i_cell].cls == GPOM_OCCUPIED) == arrived;
-            cell.n_needed =
-                !says_so ? 0 : (cell.n_needed > 0 ? cell.n_needed : std::max(cell.n_witnesses, 1));
+            if (is_wrong(now[cell.i_cell], arrived)) {
+                cell.n_needed = 0;
+            } else if (cell.n_needed == 0) {
+                cell.n_needed = std::max(cell.n_witnesses, 1);
+            }
         }
         ++i_scan;
     }
-    return {{"cells", summary_json(cells, arrived)},
+    return {{"cells", summary_json(cells)},
             {"counts", counts_json(map.stats())},
             {"kept", gpom_map_beam_count(map.get())},
             {"nx", config.lowres_nx},

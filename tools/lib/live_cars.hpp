@@ -26,8 +26,8 @@ CarsTrial default_cars();
 /// A cell is a vehicle's if its centre lies in one. Vehicles leave: of those that were occupied,
 /// how many scans saw through each until it was no longer. A scan sees through a cell if its beams
 /// that go on beyond it cross all of it, none farther than keep_m from the next.
-/// Vehicles arrive: of those that were not, how many scans returned from within half a cell of its
-/// centre until it was occupied.
+/// Vehicles arrive: of those that were free, how many scans had three returns or more from within
+/// half a cell of its centre until it was not.
 nlohmann::ordered_json cars_report(const CarsTrial &trial);
 
 } // namespace gpom_tools
