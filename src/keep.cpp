@@ -212,7 +212,7 @@ void decide(gpom_map &map, uint32_t i_beam)
         ++map.stats.beams_contradicting;
         return;
     }
-    if (!clears && renew(map, beam, group.renews[i_beam])) {
+    if (renew(map, beam, group.renews[i_beam])) {
         return;
     }
     const bool is_known = (group.known & bit) != 0 || !is_new(map, beam, (group.sure & bit) != 0);

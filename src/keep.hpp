@@ -25,11 +25,11 @@ constexpr uint32_t kGroup = GPOM_LANES_MAX;
 struct Group {
     Beam beams[kGroup];
     uint32_t n;
-    uint32_t sure;     ///< Bit i: its place is known well enough to speak against others.
-    uint32_t known;    ///< Bit i: it ends at a kept hit.
-    uint32_t against;  ///< Bit i: it runs past a kept hit that stands all the same.
-    uint32_t clearing; ///< Bit i: it is the last of those that cleared a hit.
-    uint32_t renews[kGroup]; ///< Slot whose hit, without free segment, beam i confirms; or kNoSlot.
+    uint32_t sure;           ///< Bit i: its place is known well enough to speak against others.
+    uint32_t known;          ///< Bit i: it ends at a kept hit.
+    uint32_t against;        ///< Bit i: it runs past a kept hit that stands all the same.
+    uint32_t clearing;       ///< Bit i: it is the last of those that cleared a hit.
+    uint32_t renews[kGroup]; ///< Slot of the oldest hit that beam i ends at, or kNoSlot.
 };
 
 /// A provisional beam; another in its slot has another id.

@@ -37,8 +37,8 @@ bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
     }
     const float share = near_side / (near_side - far_side);
     const float in_m = share * part.length_m;
-    const float along = (from_x + in_m * part.dir_x) * beam.dir_x +
-                        (from_y + in_m * part.dir_y) * beam.dir_y;
+    const float along =
+        (from_x + in_m * part.dir_x) * beam.dir_x + (from_y + in_m * part.dir_y) * beam.dir_y;
     const float to_go = beam.range_m - along;
     return along > 0.0f && to_go > lane::max(map.config.keep_m, part.length_m) &&
            beam.id < map.keeper.scan_first_id;
@@ -56,21 +56,6 @@ void for_each_free_near(gpom_map &map, const Segment &part, float reach_m, const
         map.index, map.index.free_part, map.keeper.free_stack,
         [&](const Box &box) { return goes_on && are_near(box, around, reach_m); },
         [&](uint32_t slot) { goes_on = goes_on && visit(slot); });
-}
-
-/// True if a beam of a later time than a kept one passed its hit.
-bool was_passed(gpom_map &map, const Beam &hit, const Segment &part)
-{
-    const Point at = end_of(hit);
-    const float reach_m = kClear.width * map.config.keep_m;
-    bool passed = false;
-    for_each_free_near(map, part, reach_m, [&](uint32_t slot) {
-        const Beam &beam = map.index.beams[slot];
-        passed = beam.stamp_ms > hit.stamp_ms &&
-                 (is_on_free(map, beam, at, kClear) || is_across(map, beam, part));
-        return !passed;
-    });
-    return passed;
 }
 
 } // namespace
@@ -100,9 +85,6 @@ bool is_known_free(gpom_map &map, const Point &at, const Margin &margin)
 void clear_free(gpom_map &map, const Beam &hit)
 {
     const Segment part = map.index.hit_part(hit);
-    if (was_passed(map, hit, part)) {
-        return;
-    }
     const Point at = end_of(hit);
     const float reach_m = kClear.width * map.config.keep_m;
     for_each_free_near(map, part, reach_m, [&](uint32_t slot) {

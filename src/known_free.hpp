@@ -33,7 +33,7 @@ bool is_near_free(gpom_map &map, const Point &at, float reach_m);
 bool is_known_free(gpom_map &map, const Point &at, const Margin &margin);
 
 /// A hit was confirmed where segments were free: those give way that pass by it, or cross its
-/// occupied depth. None does if a later beam passed the hit: then one can see past it.
+/// occupied depth.
 void clear_free(gpom_map &map, const Beam &hit);
 
 } // namespace gpom

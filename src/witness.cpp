@@ -146,14 +146,16 @@ void confirm(gpom_map &map, Beam &beam)
     }
 }
 
-/// Let the first of the beams that end at a hit without free segment, and renew no other, stand
-/// for it.
-void offer_renewal(Group &group, uint32_t ends, uint32_t slot)
+/// Let beams that end at a hit stand for it should it have no free segment; one that ends at
+/// several stands for the oldest.
+void offer_renewal(gpom_map &map, uint32_t ends, uint32_t slot)
 {
+    Group &group = map.keeper.group;
+    const Beam *const beams = map.index.beams;
     for (uint32_t i = 0; i < group.n; ++i) {
-        if ((ends >> i & 1u) != 0 && group.renews[i] == kNoSlot) {
+        const uint32_t other = group.renews[i];
+        if ((ends >> i & 1u) != 0 && (other == kNoSlot || beams[slot].id < beams[other].id)) {
             group.renews[i] = slot;
-            return;
         }
     }
 }
@@ -203,11 +205,12 @@ void judge_hit(Trial &trial, uint32_t slot)
     if (beam.id >= map.keeper.scan_first_id) {
         return;
     }
+    if (witnesses.passes != 0) { // so nothing stands there that would hide what is behind
+        beam.arrived = 0;
+    }
     if (witnesses.ends != 0) {
         confirm(map, beam);
-        if (beam.has_free == 0) {
-            offer_renewal(group, witnesses.ends, slot);
-        }
+        offer_renewal(map, witnesses.ends, slot);
     } else if (witnesses.passes != 0 && map.config.clear_scans > 0) {
         const bool gone = contradict(map, slot);
         group.clearing |= gone && !was_provisional ? witnesses.passes : 0u;

@@ -7,10 +7,16 @@
  *    times in a row takes one count from the hit, then two, four, eight; when none is left and
  *    clear_scans were in a row, the hit is gone, and the beam that did it is kept. Beams that pass
  *    hits that stand are not kept.
- *  - A return on a free segment of an earlier scan, 2 keep_m or more from any kept hit, is kept as
+ *  - A return that free segments of earlier scans pass within 0.6 keep_m, with no hit within
+ *    2 keep_m that was known before its scan, is marked as arrived, and so are those beside it
+ *    later. When scans of three more times returned from it and no beam passed it, the free
+ *    segments go that pass it within 0.6 keep_m or cross its depth_m: what stands there now hides
+ *    what was seen before.
+ *  - One that free segments pass within 0.15 keep_m, with no hit within 2 keep_m at all, is
  *    provisional: queries do not see it until a scan of another time returns from within keep_m of
- *    it. Then the free segments that pass it within 0.6 keep_m go, too. It is gone itself once a
- *    beam passes it, or when beam_max / 16 + 8 younger ones wait.
+ *    it. Then the free segments go at once. It is gone itself once a beam passes it, or when
+ *    beam_max / 16 + 8 younger ones wait.
+ *  - A return from a kept hit without free segment is kept in its place.
  *  - Beams whose position is not known to keep_m / 4 (standard deviation) speak against nothing.
  *  - A beam without return is kept if its end is 4 keep_m or more from any free segment.
  *  - When the map is full, the least useful of the next four beams in turn makes room: the one
