@@ -6,7 +6,8 @@
 /// element by element on any instruction set. Each lane sees the operations that a scalar would,
 /// in the same order, so that a query's answer does not depend on its neighbours in the packet.
 ///
-/// The build sets GPOM_LANES (the width) and GPOM_FMA (1: the processor fuses in one instruction).
+/// The build sets GPOM_LANES (the width), GPOM_FMA (1: the processor fuses in one instruction) and
+/// GPOM_MINNUM (1: it has the minimum and maximum of IEEE 754 as instructions).
 #pragma once
 
 #include <math.h>
@@ -18,6 +19,9 @@
 #endif
 #ifndef GPOM_FMA
 #define GPOM_FMA 0
+#endif
+#ifndef GPOM_MINNUM
+#define GPOM_MINNUM 0
 #endif
 
 namespace gpom::lane
@@ -94,9 +98,27 @@ template <class M> inline bool any(M mask)
     }
 }
 
-/// Of equal or unordered arguments, b.
-template <class F> inline F min(F a, F b) { return select(a < b, a, b); }
-template <class F> inline F max(F a, F b) { return select(a > b, a, b); }
+/// Of equal arguments, and of one and a NaN, b; with GPOM_MINNUM of one and a NaN that one.
+template <class F> inline F min(F a, F b)
+{
+    if constexpr (GPOM_MINNUM == 1 && width<F> == 1) {
+        return __builtin_fminf(a, b);
+    } else {
+        return select(a < b, a, b);
+    }
+}
+
+template <class F> inline F max(F a, F b)
+{
+    if constexpr (GPOM_MINNUM == 1 && width<F> == 1) {
+        return __builtin_fmaxf(a, b);
+    } else {
+        return select(a > b, a, b);
+    }
+}
+
+/// x, but at most `high`, but at least `low`.
+template <class F> inline F clamp(F x, F low, F high) { return max(min(x, high), low); }
 
 template <class F> inline IntOf<F> bits_of(F x)
 {
@@ -112,7 +134,14 @@ template <class F> inline F from_bits(IntOf<F> bits)
     return x;
 }
 
-template <class F> inline F abs(F x) { return from_bits<F>(bits_of(x) & INT32_C(0x7fffffff)); }
+template <class F> inline F abs(F x)
+{
+    if constexpr (width<F> == 1) {
+        return __builtin_fabsf(x);
+    } else {
+        return from_bits<F>(bits_of(x) & INT32_C(0x7fffffff));
+    }
+}
 
 /// x 2^n for normal results, n in the low bits of `n_bits` (what stands above them is shifted out).
 template <class F> inline F scale_exponent(F x, IntOf<F> n_bits)
@@ -142,7 +171,11 @@ template <class F> inline F exponent(F x)
 /// |magnitude| with the sign of `sign`; magnitude must not be negative.
 template <class F> inline F with_sign(F magnitude, F sign)
 {
-    return from_bits<F>(bits_of(magnitude) | (bits_of(sign) & INT32_MIN));
+    if constexpr (width<F> == 1) {
+        return __builtin_copysignf(magnitude, sign);
+    } else {
+        return from_bits<F>(bits_of(magnitude) | (bits_of(sign) & INT32_MIN));
+    }
 }
 
 template <class F> inline F sqrt(F x)
