@@ -37,13 +37,11 @@ float distance2(const Point &a, const Point &b)
 /// `most2_m2` if that is less.
 float gap2_of(gpom_map &map, const Beam &beam, uint32_t own_id, float most2_m2)
 {
-    float d2[2] = {most2_m2, most2_m2};
-    int32_t id[2] = {kNoId, kNoId};
-    int32_t slot[2] = {-1, -1};
-    NearestK<float> nearest = {d2, id, slot, 2};
+    Found<float> found[2] = {{most2_m2, kNoId, -1}, {most2_m2, kNoId, -1}};
+    NearestK<float> nearest = {found, 2, 2};
     const Point at = end_of(beam);
     search(nearest, {at.x_m, at.y_m}, map.index, map.index.hit_part, map.keeper.hit_stack);
-    return id[0] == static_cast<int32_t>(own_id) ? d2[1] : d2[0];
+    return found[found[0].id == static_cast<int32_t>(own_id) ? 1 : 0].d2;
 }
 
 float square(float x) { return x * x; }

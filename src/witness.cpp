@@ -163,7 +163,7 @@ void for_each_free_at(gpom_map &map, const Point &at, const Margin &margin, cons
     walk(
         map.index, map.index.free_part, map.keeper.free_stack,
         [&](const Box &box) {
-            return goes_on && box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m;
+            return goes_on && box_distance2(box, at.x_m, at.y_m) <= box_reach2(reach_m * reach_m);
         },
         [&](uint32_t slot) {
             if (goes_on && is_on_free(map, map.index.beams[slot], at, margin)) {
@@ -282,7 +282,7 @@ bool is_near_free(gpom_map &map, const Point &at, float reach_m)
     walk(
         map.index, map.index.free_part, map.keeper.free_stack,
         [&](const Box &box) {
-            return !is_near && box_distance2(box, at.x_m, at.y_m) <= reach_m * reach_m;
+            return !is_near && box_distance2(box, at.x_m, at.y_m) <= box_reach2(reach_m * reach_m);
         },
         [&](uint32_t slot) {
             const Offset<float> from = {at.x_m, at.y_m};
