@@ -52,20 +52,6 @@ BeamLanes lanes_of(const Group &group, uint32_t i_vector)
     return lanes;
 }
 
-/// Bit i set where the mask holds.
-template <class M> uint32_t bits_of_mask(M mask)
-{
-    if constexpr (kLanes == 1) {
-        return mask != 0 ? 1u : 0u;
-    } else {
-        uint32_t bits = 0;
-        for (int i = 0; i < kLanes; ++i) {
-            bits |= (mask[i] != 0 ? 1u : 0u) << i;
-        }
-        return bits;
-    }
-}
-
 /// True if one of the beams comes within reach_m of the box: projections on the beam and across it.
 bool touches(const BeamLanes &lanes, const Box &box, float reach_m)
 {
@@ -125,7 +111,7 @@ Witnesses witnesses_of(const Trial &trial, uint32_t i_vector, const Point &at)
     const F width = lane::min(F(kPass.slope * to_go), lane::splat<F>(kPass.width * keep_m));
     const auto ends = (lanes.returned > 0.0f) & (gap2 < keep_m * keep_m);
     const auto passes = (lanes.sure > 0.0f) & (along > 0.0f) & (to_go > keep_m) & (across < width);
-    return {bits_of_mask(ends), bits_of_mask(passes)};
+    return {lane::bits_of_mask(ends), lane::bits_of_mask(passes)};
 }
 
 Witnesses witnesses_of(const Trial &trial, const Point &at)
