@@ -84,8 +84,8 @@ template <class V, class T> inline void set(V &lanes, int i, T value)
 /// mask ? a : b, lane by lane.
 template <class M, class V> inline V select(M mask, V a, V b) { return mask ? a : b; }
 
-/// Bit i set where the mask holds in lane i. x86 has an instruction for it that the compiler does not
-/// find.
+/// Bit i set where the mask holds in lane i. x86 has an instruction for it that the compiler does
+/// not find.
 template <class M> inline uint32_t bits_of_mask(M mask)
 {
     if constexpr (sizeof(M) <= sizeof(int)) {

@@ -48,7 +48,7 @@ struct Gathered {
 };
 
 template <class Part>
-Gathered gather_one(const gpom_map &map, const Offset<F> &at, const Part &part, I slots)
+Gathered gather_one(const Beam *beams, const Offset<F> &at, const Part &part, I slots)
 {
     Gathered gathered = {};
     for (int i = 0; i < kLanes; ++i) {
@@ -56,8 +56,8 @@ Gathered gather_one(const gpom_map &map, const Offset<F> &at, const Part &part, 
         Segment segment = {lane::get(at.x_m, i), lane::get(at.y_m, i), 0.0f, 0.0f, 0.0f};
         float excess = 0.0f;
         if (slot >= 0) {
-            segment = part(map.index.beams[slot]);
-            excess = map.index.beams[slot].excess;
+            segment = part(beams[slot]);
+            excess = beams[slot].excess;
         }
         set_segment(gathered.segment, i, segment);
         lane::set(gathered.excess, i, excess);
@@ -78,16 +78,20 @@ F gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const
          const GatherTo &to)
 {
     const Offset<F> at = work.packet->at;
+    const Neighbourhood<F> points = work.points;
+    const float prior_variance = map.prior_variance;
+    const bool has_vote = map.config.params.vote != 0.0f;
+    const Beam *const beams = map.index.beams;
     F facing_sum = lane::splat<F>(0.0f);
     for (size_t j = 0; j < to.n; ++j) {
-        const Gathered own = gather_one(map, at, part, nearest.best[j].slot);
+        const Gathered own = gather_one(beams, at, part, nearest.best[j].slot);
         const Offset<F> point = to_segment(at, own.segment);
-        const F own_noise = noise_of(to.sn2, map.prior_variance, own.excess);
-        work.points.x_m[to.first + j] = point.x_m;
-        work.points.y_m[to.first + j] = point.y_m;
-        work.points.noise[to.first + j] =
+        const F own_noise = noise_of(to.sn2, prior_variance, own.excess);
+        points.x_m[to.first + j] = point.x_m;
+        points.y_m[to.first + j] = point.y_m;
+        points.noise[to.first + j] =
             lane::select(nearest.best[j].slot >= 0, own_noise, lane::splat<F>(kAbsentNoise));
-        if (map.config.params.vote != 0.0f) {
+        if (has_vote) {
             facing_sum =
                 facing_sum + facing(point.x_m, point.y_m, own.segment.dir_x, own.segment.dir_y);
         }
