@@ -9,6 +9,7 @@ BUILD  ?= build/$(or $(CROSS:%-=%),host)-$(CONFIG)
 # Queries side by side: a number, or auto: chosen at run time from SSE2, AVX2 and AVX-512.
 LANES  ?= $(if $(CROSS),1,$(if $(filter x86_64,$(shell uname -m)),auto,4))
 FMA    ?= $(if $(CROSS),1,0)
+MINNUM ?= $(if $(filter cortex-m7,$(if $(CROSS),$(CPU))),1,0)
 EXEC   ?=
 SEED   ?=
 LOG    ?=
@@ -66,6 +67,7 @@ STREET := build/host-release/street
 WARN := -Wall -Wextra -Wshadow -Wconversion -Werror -Wno-psabi
 # Same numerics for everything that may inline a core header: see STYLE on fusing.
 NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES:auto=4) -DGPOM_FMA=$(FMA) \
+             -DGPOM_MINNUM=$(MINNUM) \
              $(if $(filter auto,$(LANES)),-DGPOM_DISPATCH=1)
 INCLUDES  := -Iinclude -I. -isystem $(EIGEN)
 COMMON    := $(CPU_FLAGS) $(MODE) $(WARN) $(NUMERICS) $(INCLUDES)

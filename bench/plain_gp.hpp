@@ -48,17 +48,15 @@ template <class Part>
 std::vector<Neighbour> nearest_by_tree(const gpom::Index &index, const Part &part,
                                        const gpom::Offset<float> &at, std::size_t k)
 {
-    std::vector<float> d2(k);
-    std::vector<std::int32_t> id(k), slot(k);
+    std::vector<gpom::Found<float>> best(k);
     gpom::Subtree stack[gpom::kDepthMax];
-    gpom::NearestK<float> nearest = {d2.data(), id.data(), slot.data(),
-                                     static_cast<std::uint32_t>(k)};
+    gpom::NearestK<float> nearest = {best.data(), static_cast<std::uint32_t>(k), 0};
     nearest.clear();
     gpom::search(nearest, at, index, part, stack);
     std::vector<Neighbour> found;
-    for (const std::int32_t i : slot) {
-        if (i >= 0) {
-            found.push_back(neighbour_of(part, index.beams[i], at));
+    for (const gpom::Found<float> &one : best) {
+        if (one.slot >= 0) {
+            found.push_back(neighbour_of(part, index.beams[one.slot], at));
         }
     }
     return found;

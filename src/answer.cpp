@@ -61,7 +61,7 @@ unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answ
         predict<K>(map.kernel, work.points, work.gp, in_map_frame ? packet.at.x_m : zero,
                    in_map_frame ? packet.at.y_m : zero);
     if (params.fade_m > 0.0f) {
-        const F nearest2_m2 = lane::min(work.hits.d2[0], work.free.d2[0]);
+        const F nearest2_m2 = lane::min(work.hits.best[0].d2, work.free.best[0].d2);
         evidence = faded(params, map.prior_variance, nearest2_m2, evidence);
     }
     Answers lanes = {};

@@ -77,8 +77,7 @@ struct FreePart {
     Segment operator()(const Beam &beam) const
     {
         const float gap = beam.returned != 0 ? gap_m : 0.0f;
-        const float length_m = lane::max(beam.range_m - gap, 0.0f);
-        return {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, length_m};
+        return {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, beam.range_m - gap};
     }
 
     static bool is_in(const Beam &beam) { return beam.has_free != 0; }

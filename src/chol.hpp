@@ -139,24 +139,30 @@ template <class F> inline void factor_block_row(Factor<F> &factor, size_t i)
     factor_tile(tile, place, factor.bad);
 }
 
-/// Elements 4 i to 4 i + 3 of z in L z = b: in their place stands b, before them z.
-template <class F> inline void forward_block(const Factor<F> &factor, size_t i, F *z)
+/// Elements 4 i to 4 i + 3 of u and v in L u = b and L v = c: in their place stand those of b and
+/// c, before them u and v. Each element of L is read once for both.
+template <class F> inline void forward_block(const Factor<F> &factor, size_t i, F *u, F *v)
 {
     const F *a = factor.l + panel_at(i);
-    F sum[kTile] = {z[kTile * i], z[kTile * i + 1], z[kTile * i + 2], z[kTile * i + 3]};
+    F *const u_i = u + kTile * i;
+    F *const v_i = v + kTile * i;
+    F sum_u[kTile] = {u_i[0], u_i[1], u_i[2], u_i[3]};
+    F sum_v[kTile] = {v_i[0], v_i[1], v_i[2], v_i[3]};
     for (size_t p = 0; p < kTile * i; ++p, a += kTile) {
 #pragma GCC unroll 4
         for (size_t r = 0; r < kTile; ++r) {
-            sum[r] = lane::minus_product(sum[r], a[r], z[p]);
+            sum_u[r] = lane::minus_product(sum_u[r], a[r], u[p]);
+            sum_v[r] = lane::minus_product(sum_v[r], a[r], v[p]);
         }
     }
 #pragma GCC unroll 4
     for (size_t c = 0; c < kTile; ++c, a += kTile) {
-        sum[c] = sum[c] * a[c];
-        z[kTile * i + c] = sum[c];
+        u_i[c] = sum_u[c] = sum_u[c] * a[c];
+        v_i[c] = sum_v[c] = sum_v[c] * a[c];
 #pragma GCC unroll 4
         for (size_t r = c + 1; r < kTile; ++r) {
-            sum[r] = lane::minus_product(sum[r], a[r], sum[c]);
+            sum_u[r] = lane::minus_product(sum_u[r], a[r], sum_u[c]);
+            sum_v[r] = lane::minus_product(sum_v[r], a[r], sum_v[c]);
         }
     }
 }

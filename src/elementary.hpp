@@ -21,17 +21,20 @@ template <class F, int N> inline F horner(const float (&c)[N], F x)
     return sum;
 }
 
-/// asin(1 - q) for 0 <= q <= 2 from q itself, so that nothing is lost where the arcsine is
-/// steepest: asin(a) = pi/2 - sqrt(1 - a) P(a) for a >= 0. Absolute error <= 2.8e-7.
-template <class F> inline F asin_of_complement(F q)
+/// scale asin(1 - q) for scale >= 0 and 0 <= q <= 2 from q itself, so that nothing is lost where
+/// the arcsine is steepest: asin(x) = pi/2 - sqrt(1 - x) P(x) for x >= 0. Absolute error <= 2.8e-7
+/// of the scale. A q rounded beyond 2 counts as one as far below it.
+template <class F> inline F asin_of_complement(F q, float scale = 1.0f)
 {
     constexpr float kHalfPi = 1.57079637f;
     constexpr float kP[] = {1.57079637f,   -0.214594349f,  0.0888685212f, -0.0493318215f,
                             0.0280265994f, -0.0122481203f, 0.00269819237f};
-    const F x = 1.0f - q;
-    const F complement = lane::max(lane::splat<F>(0.0f), lane::min(F(2.0f - q), q));
-    const F arc = kHalfPi - lane::sqrt(complement) * horner(kP, lane::abs(x));
-    return lane::with_sign(lane::max(lane::splat<F>(0.0f), arc), x);
+    const auto obtuse = q > 1.0f;
+    const F c = lane::select(obtuse, lane::abs(F(2.0f - q)), q);
+    const F sign = lane::select(obtuse, lane::splat<F>(-scale), lane::splat<F>(scale));
+    const F arc =
+        lane::minus_product(lane::splat<F>(kHalfPi), lane::sqrt(c), horner(kP, F(1.0f - c)));
+    return sign * arc;
 }
 
 /// exp(x) for x <= 0, 0 below -87 (no denormals): 2^n exp(f), Cody and Waite's reduction.
@@ -44,7 +47,7 @@ template <class F> inline F exp_nonpositive(F x)
     constexpr float kRound = 12582912.0f; // 1.5 * 2^23: adding it rounds to an integer
     constexpr float kQ[] = {0.49999994f, 0.166665211f, 0.0416682735f, 0.00836868398f,
                             0.00138200796f};
-    const F clamped = lane::max(lane::splat<F>(-87.0f), x);
+    const F clamped = lane::select(x < -87.0f, lane::splat<F>(-87.0f), x);
     const F shifted = clamped * kLog2e + kRound;
     const F n = shifted - kRound;
     const F f = (clamped - n * kLn2High) - n * kLn2Low;
@@ -60,7 +63,7 @@ template <class F> inline F exp2_nonpositive(F x)
     constexpr float kRound = 12582912.0f; // 1.5 * 2^23: adding it rounds to an integer
     constexpr float kP[] = {1.0f,         0.693147004f,   0.240222469f,
                             0.055507116f, 0.00967130065f, 0.00132692745f};
-    const F clamped = lane::max(lane::splat<F>(-127.0f), x);
+    const F clamped = lane::select(x < -127.0f, lane::splat<F>(-127.0f), x);
     const F shifted = clamped + kRound;
     const F f = clamped - (shifted - kRound);
     return lane::scale_exponent(horner(kP, f), lane::bits_of(shifted));
@@ -89,7 +92,7 @@ template <class F> inline F normal_cdf(F z)
     constexpr float kScale = 0.259999990f;
     constexpr float kP[] = {0.103558563f, 0.106701247f, 0.0753969774f, 0.161952898f,
                             -0.10140191f, 0.226114228f, -0.0723220408f};
-    const F a = lane::min(lane::splat<F>(14.0f), lane::abs(z));
+    const F a = lane::select(lane::abs(z) > 14.0f, lane::splat<F>(14.0f), lane::abs(z));
     const F t = 1.0f / (1.0f + kScale * a);
     const F tail = exp_nonpositive(F(-0.5f * (a * a))) * (t * horner(kP, t));
     return lane::select(z < 0.0f, tail, F(1.0f - tail));

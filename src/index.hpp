@@ -179,7 +179,7 @@ void search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const
     for_each_recent(
         index, part,
         [&](const Box &box) {
-            return lane::any(box_distance2(box, at.x_m, at.y_m) <= nearest.worst());
+            return lane::any(box_distance2(box, at.x_m, at.y_m) <= box_reach2(nearest.worst()));
         },
         [&](uint32_t slot) {
             offer_beam(nearest, at, part, {index.beams, slot, {tree.id_end, index.next_id}});

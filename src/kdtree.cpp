@@ -29,7 +29,7 @@ void include(Extents &extents, const Segment &s)
     for (int i_axis = 0; i_axis < 4; ++i_axis) {
         extents.axis[i_axis].include(coordinate(s, i_axis));
     }
-    const float reach_m = s.length_m + lane::abs(s.x_m) + lane::abs(s.y_m);
+    const float reach_m = lane::abs(s.length_m) + lane::abs(s.x_m) + lane::abs(s.y_m);
     extents.slack_m = lane::max(extents.slack_m, kBoxSlack * reach_m);
 }
 

@@ -44,7 +44,7 @@ inline Box empty_box() { return {FLT_MAX, FLT_MAX, -FLT_MAX, -FLT_MAX}; }
 inline void include(Box &box, const Segment &s)
 {
     const Point end = end_of(s);
-    const float slack_m = kBoxSlack * (s.length_m + lane::abs(s.x_m) + lane::abs(s.y_m));
+    const float slack_m = kBoxSlack * (lane::abs(s.length_m) + lane::abs(s.x_m) + lane::abs(s.y_m));
     box = {lane::min(box.x_min_m, lane::min(s.x_m, end.x_m) - slack_m),
            lane::min(box.y_min_m, lane::min(s.y_m, end.y_m) - slack_m),
            lane::max(box.x_max_m, lane::max(s.x_m, end.x_m) + slack_m),

@@ -36,14 +36,13 @@ float distance2(const Point &a, const Point &b)
 
 /// The two nearest kept hits of a place, within a distance: fewer have id kNoId.
 struct NearHits {
-    float d2[2];
-    int32_t id[2], slot[2];
+    Found<float> best[2];
 };
 
 NearHits near_hits(gpom_map &map, const Point &at, float within2_m2)
 {
-    NearHits near = {{within2_m2, within2_m2}, {kNoId, kNoId}, {-1, -1}};
-    NearestK<float> nearest = {near.d2, near.id, near.slot, 2};
+    NearHits near = {{{within2_m2, kNoId, -1}, {within2_m2, kNoId, -1}}};
+    NearestK<float> nearest = {near.best, 2, 2};
     search(nearest, {at.x_m, at.y_m}, map.index, map.index.hit_part, map.keeper.hit_stack);
     return near;
 }
@@ -53,7 +52,7 @@ NearHits near_hits(gpom_map &map, const Point &at, float within2_m2)
 float gap2_of(gpom_map &map, const Beam &beam, uint32_t own_id, float most2_m2)
 {
     const NearHits near = near_hits(map, end_of(beam), most2_m2);
-    return near.id[0] == static_cast<int32_t>(own_id) ? near.d2[1] : near.d2[0];
+    return near.best[near.best[0].id == static_cast<int32_t>(own_id) ? 1 : 0].d2;
 }
 
 float square(float x) { return x * x; }
@@ -144,9 +143,9 @@ void enter_provisional(gpom_map &map, uint32_t slot)
 /// True if none of the nearest hits was known before the scan, but for those that arrived, too.
 bool stands_apart(const gpom_map &map, const NearHits &near)
 {
-    for (int i = 0; i < 2; ++i) {
-        if (near.id[i] != kNoId) {
-            const Beam &other = map.index.beams[near.slot[i]];
+    for (const Found<float> &hit : near.best) {
+        if (hit.id != kNoId) {
+            const Beam &other = map.index.beams[hit.slot];
             if (other.id < map.keeper.scan_first_id && other.arrived == 0) {
                 return false;
             }
@@ -162,7 +161,7 @@ void mark_arrival(gpom_map &map, Beam &beam, const NearHits &near)
     const Point at = end_of(beam);
     if (map.config.clear_scans > 0 && stands_apart(map, near) && is_known_free(map, at, kClear)) {
         beam.arrived = 1;
-        beam.provisional = near.id[0] == kNoId && is_known_free(map, at, kPass) ? 1 : 0;
+        beam.provisional = near.best[0].id == kNoId && is_known_free(map, at, kPass) ? 1 : 0;
     }
 }
 
@@ -174,7 +173,7 @@ bool is_new(gpom_map &map, Beam &beam, bool is_sure)
         return !is_near_free(map, end_of(beam), kFreeSpacing * keep_m);
     }
     const NearHits near = near_hits(map, end_of(beam), square(kAloneGap * keep_m));
-    if (near.d2[0] < keep_m * keep_m) {
+    if (near.best[0].d2 < keep_m * keep_m) {
         return false;
     }
     if (is_sure) {

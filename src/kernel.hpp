@@ -45,22 +45,22 @@ inline Feature<F> feature(const KernelConstants &constants, F x_m, F y_m)
     const F zero = lane::splat<F>(0.0f);
     if constexpr (K == GPOM_KERNEL_NN) {
         const F bias2 = lane::splat<F>(1.0f + constants.bias * constants.bias);
-        const F scale = 1.0f / lane::sqrt(lane::fma(x, x, lane::fma(y, y, bias2)));
-        return {constants.bias * scale, x * scale, y * scale, 0.5f * (scale * scale)};
+        const F norm2 = lane::fma(x, x, lane::fma(y, y, bias2));
+        const F scale = 1.0f / lane::sqrt(F(norm2 + norm2));
+        return {constants.bias * scale, x * scale, y * scale, scale * scale};
     } else {
         return {x, y, zero, zero};
     }
 }
 
-/// 1 - h . h' of two features of eq. 4 without cancellation: |h|^2 = 1 - 2 d, so that it is
-/// |h - h'|^2 / 2 + d + d'.
+/// 1 - h . h' of two features of eq. 4 without cancellation: with g = h / sqrt(2) and
+/// d = (1 - |h|^2) / 2 it is |g - g'|^2 + d + d'.
 template <class F> inline F complement_of(const Feature<F> &p, const Feature<F> &q)
 {
     const F da = p.a - q.a;
     const F db = p.b - q.b;
     const F dc = p.c - q.c;
-    const F distance2 = lane::fma(da, da, lane::fma(db, db, F(dc * dc)));
-    return lane::fma(lane::splat<F>(0.5f), distance2, F(p.d + q.d));
+    return lane::fma(da, da, lane::fma(db, db, lane::fma(dc, dc, F(p.d + q.d))));
 }
 
 /// k(x, x') from two features.
@@ -68,7 +68,7 @@ template <gpom_kernel_t K, class F>
 inline F covariance(const KernelConstants &constants, const Feature<F> &p, const Feature<F> &q)
 {
     if constexpr (K == GPOM_KERNEL_NN) {
-        return constants.sf2 * asin_of_complement(complement_of(p, q));
+        return asin_of_complement(complement_of(p, q), constants.sf2);
     } else {
         const F dx = p.a - q.a;
         const F dy = p.b - q.b;
@@ -92,7 +92,7 @@ template <gpom_kernel_t K, class F>
 inline F variance(const KernelConstants &constants, const Feature<F> &p)
 {
     if constexpr (K == GPOM_KERNEL_NN) {
-        return covariance<K>(constants, p, p);
+        return asin_of_complement(F(p.d + p.d), constants.sf2);
     } else {
         return lane::splat<F>(constants.sf2);
     }

@@ -6,7 +6,8 @@
 /// element by element on any instruction set. Each lane sees the operations that a scalar would,
 /// in the same order, so that a query's answer does not depend on its neighbours in the packet.
 ///
-/// The build sets GPOM_LANES (the width) and GPOM_FMA (1: the processor fuses in one instruction).
+/// The build sets GPOM_LANES (the width), GPOM_FMA (1: the processor fuses in one instruction) and
+/// GPOM_MINNUM (1: it has the minimum and maximum of IEEE 754 as instructions).
 #pragma once
 
 #include <math.h>
@@ -18,6 +19,9 @@
 #endif
 #ifndef GPOM_FMA
 #define GPOM_FMA 0
+#endif
+#ifndef GPOM_MINNUM
+#define GPOM_MINNUM 0
 #endif
 
 namespace gpom::lane
@@ -80,23 +84,58 @@ template <class V, class T> inline void set(V &lanes, int i, T value)
 /// mask ? a : b, lane by lane.
 template <class M, class V> inline V select(M mask, V a, V b) { return mask ? a : b; }
 
-/// True if the mask holds in any lane. A scalar mask is a bool, or an int once combined.
-template <class M> inline bool any(M mask)
+/// Bit i set where the mask holds in lane i. x86 has an instruction for it that the compiler does
+/// not find.
+template <class M> inline uint32_t bits_of_mask(M mask)
 {
     if constexpr (sizeof(M) <= sizeof(int)) {
-        return mask != 0;
+        return mask != 0 ? 1u : 0u; // a bool, or an int once combined
+#ifdef __SSE2__
+    } else if constexpr (sizeof(M) == 16) {
+        return static_cast<uint32_t>(__builtin_ia32_movmskps(reinterpret_cast<Lane<4>::F>(mask)));
+#endif
+#ifdef __AVX__
+    } else if constexpr (sizeof(M) == 32) {
+        return static_cast<uint32_t>(
+            __builtin_ia32_movmskps256(reinterpret_cast<Lane<8>::F>(mask)));
+#endif
+#ifdef __AVX512DQ__
+    } else if constexpr (sizeof(M) == 64) {
+        return __builtin_ia32_cvtd2mask512(mask);
+#endif
     } else {
-        int32_t bits = 0;
+        uint32_t bits = 0;
         for (int i = 0; i < static_cast<int>(sizeof(M) / sizeof(int32_t)); ++i) {
-            bits |= mask[i];
+            bits |= (mask[i] != 0 ? 1u : 0u) << i;
         }
-        return bits != 0;
+        return bits;
     }
 }
 
-/// Of equal or unordered arguments, b.
-template <class F> inline F min(F a, F b) { return select(a < b, a, b); }
-template <class F> inline F max(F a, F b) { return select(a > b, a, b); }
+/// True if the mask holds in any lane.
+template <class M> inline bool any(M mask) { return bits_of_mask(mask) != 0; }
+
+/// Of equal arguments, and of one and a NaN, b; with GPOM_MINNUM of one and a NaN that one.
+template <class F> inline F min(F a, F b)
+{
+    if constexpr (GPOM_MINNUM == 1 && width<F> == 1) {
+        return __builtin_fminf(a, b);
+    } else {
+        return select(a < b, a, b);
+    }
+}
+
+template <class F> inline F max(F a, F b)
+{
+    if constexpr (GPOM_MINNUM == 1 && width<F> == 1) {
+        return __builtin_fmaxf(a, b);
+    } else {
+        return select(a > b, a, b);
+    }
+}
+
+/// x, but at most `high`, but at least `low`.
+template <class F> inline F clamp(F x, F low, F high) { return max(min(x, high), low); }
 
 template <class F> inline IntOf<F> bits_of(F x)
 {
@@ -112,7 +151,14 @@ template <class F> inline F from_bits(IntOf<F> bits)
     return x;
 }
 
-template <class F> inline F abs(F x) { return from_bits<F>(bits_of(x) & INT32_C(0x7fffffff)); }
+template <class F> inline F abs(F x)
+{
+    if constexpr (width<F> == 1) {
+        return __builtin_fabsf(x);
+    } else {
+        return from_bits<F>(bits_of(x) & INT32_C(0x7fffffff));
+    }
+}
 
 /// x 2^n for normal results, n in the low bits of `n_bits` (what stands above them is shifted out).
 template <class F> inline F scale_exponent(F x, IntOf<F> n_bits)
@@ -142,7 +188,11 @@ template <class F> inline F exponent(F x)
 /// |magnitude| with the sign of `sign`; magnitude must not be negative.
 template <class F> inline F with_sign(F magnitude, F sign)
 {
-    return from_bits<F>(bits_of(magnitude) | (bits_of(sign) & INT32_MIN));
+    if constexpr (width<F> == 1) {
+        return __builtin_copysignf(magnitude, sign);
+    } else {
+        return from_bits<F>(bits_of(magnitude) | (bits_of(sign) & INT32_MIN));
+    }
 }
 
 template <class F> inline F sqrt(F x)

@@ -38,8 +38,9 @@ template <class F> inline void merge_equal(F *x_m, F *y_m, F *noise, size_t n)
 {
     const F absent = lane::splat<F>(kAbsentNoise);
     for (size_t i = 1; i < n; ++i) {
+        const F x_i = x_m[i];
         for (size_t j = 0; j < i; ++j) {
-            if (!lane::any(x_m[i] == x_m[j])) {
+            if (!lane::any(x_i == x_m[j])) {
                 continue;
             }
             const auto equal = (x_m[i] == x_m[j]) & (y_m[i] == y_m[j]) & (noise[i] < absent);
@@ -97,8 +98,7 @@ inline Moments<F> predict(const KernelConstants &constants, const Neighbourhood<
         covariance_block_row<K>(constants, work.features, points.noise, i,
                                 work.factor.l + panel_at(i));
         factor_block_row(work.factor, i);
-        forward_block(work.factor, i, work.v);
-        forward_block(work.factor, i, work.u);
+        forward_block(work.factor, i, work.u, work.v);
         for (size_t j = kTile * i; j < kTile * (i + 1); ++j) {
             mean = lane::fma(work.v[j], work.u[j], mean);
             explained = lane::fma(work.v[j], work.v[j], explained);

@@ -22,75 +22,74 @@ template <class F> struct Offset {
     F distance2() const { return lane::fma(x_m, x_m, F(y_m * y_m)); }
 };
 
-/// The best k so far of each lane, ascending. Arrays of k lanes in scratch memory.
-template <class F> struct NearestK {
+/// What each lane found at one rank.
+template <class F> struct Found {
     using I = lane::IntOf<F>;
-    F *d2;
-    I *id;
-    I *slot; ///< Its beam's index in the store, or -1.
+    F d2;
+    I id;
+    I slot; ///< Its beam's index in the store, or -1.
+
+    /// True where this ranks before the other.
+    auto operator<(const Found &other) const
+    {
+        if constexpr (lane::width<F> == 1) {
+            return d2 < other.d2 || (d2 == other.d2 && id < other.id);
+        } else {
+            return (d2 < other.d2) | ((d2 == other.d2) & (id < other.id));
+        }
+    }
+};
+
+template <class F> inline Found<F> nothing_found()
+{
+    using I = lane::IntOf<F>;
+    return {lane::splat<F>(kNoDistance2), lane::splat_int<I>(kNoId), lane::splat_int<I>(-1)};
+}
+
+template <class M, class F> inline Found<F> select(M mask, const Found<F> &a, const Found<F> &b)
+{
+    return {lane::select(mask, a.d2, b.d2), lane::select(mask, a.id, b.id),
+            lane::select(mask, a.slot, b.slot)};
+}
+
+/// The best k so far of each lane, ascending, in scratch memory.
+template <class F> struct NearestK {
+    Found<F> *best;
     uint32_t k;
+    uint32_t n; ///< Ranks that any lane may have filled.
 
     void clear()
     {
+        n = 0;
         for (uint32_t j = 0; j < k; ++j) {
-            d2[j] = lane::splat<F>(kNoDistance2);
-            id[j] = lane::splat_int<I>(kNoId);
-            slot[j] = lane::splat_int<I>(-1);
+            best[j] = nothing_found<F>();
         }
     }
 
-    /// Insert an item where it ranks: entries behind it move up, the last is gone.
-    void offer(F item_d2, int32_t item_id, int32_t item_slot)
+    /// Insert an item where it ranks: those behind it move on, the last is gone.
+    void offer(const Found<F> &item)
     {
+        Found<F> *place = best + (n < k ? n++ : k - 1);
         if constexpr (lane::width<F> == 1) {
-            offer_scalar(item_d2, item_id, item_slot);
-        } else {
-            offer_lanes(item_d2, lane::splat_int<I>(item_id), lane::splat_int<I>(item_slot));
+            if (!(item < *place)) {
+                return;
+            }
+            for (; place != best && item < place[-1]; --place) {
+                place[0] = place[-1];
+            }
+            *place = item;
+        } else { // over all ranks: of many lanes one has far to go
+            auto beats = item < *place;
+            for (; place != best; --place) {
+                const auto beats_next = item < place[-1];
+                place[0] = select(beats_next, place[-1], select(beats, item, place[0]));
+                beats = beats_next;
+            }
+            *place = select(beats, item, *place);
         }
     }
 
-    void offer_scalar(float item_d2, int32_t item_id, int32_t item_slot)
-    {
-        if (!ranks_before(item_d2, item_id, k - 1)) {
-            return;
-        }
-        size_t j = k - 1;
-        for (; j > 0 && ranks_before(item_d2, item_id, j - 1); --j) {
-            d2[j] = d2[j - 1];
-            id[j] = id[j - 1];
-            slot[j] = slot[j - 1];
-        }
-        d2[j] = item_d2;
-        id[j] = item_id;
-        slot[j] = item_slot;
-    }
-
-    /// Each lane where it ranks there, over all k: with many lanes one always has far to go.
-    void offer_lanes(F item_d2, I new_id, I new_slot)
-    {
-        auto beats = ranks_before(item_d2, new_id, k - 1);
-        for (uint32_t j = k - 1; j > 0; --j) {
-            const auto beats_next = ranks_before(item_d2, new_id, j - 1);
-            d2[j] = lane::select(beats_next, d2[j - 1], lane::select(beats, item_d2, d2[j]));
-            id[j] = lane::select(beats_next, id[j - 1], lane::select(beats, new_id, id[j]));
-            slot[j] = lane::select(beats_next, slot[j - 1], lane::select(beats, new_slot, slot[j]));
-            beats = beats_next;
-        }
-        d2[0] = lane::select(beats, item_d2, d2[0]);
-        id[0] = lane::select(beats, new_id, id[0]);
-        slot[0] = lane::select(beats, new_slot, slot[0]);
-    }
-
-    auto ranks_before(F item_d2, I item_id, size_t j) const
-    {
-        if constexpr (lane::width<F> == 1) {
-            return item_d2 < d2[j] || (item_d2 == d2[j] && item_id < id[j]);
-        } else {
-            return (item_d2 < d2[j]) | ((item_d2 == d2[j]) & (item_id < id[j]));
-        }
-    }
-
-    F worst() const { return d2[k - 1]; }
+    F worst() const { return best[k - 1].d2; }
 };
 
 /// The same segment, or each lane's own.
@@ -102,11 +101,11 @@ template <class F> struct SegmentLanes {
 /// kept on the segment.
 template <class F> inline Offset<F> to_segment(const Offset<F> &at, const SegmentLanes<F> &s)
 {
-    const F from_x = s.x_m - at.x_m;
-    const F from_y = s.y_m - at.y_m;
-    const F along = -lane::fma(from_x, s.dir_x, F(from_y * s.dir_y));
-    const F t = lane::min(lane::max(along, lane::splat<F>(0.0f)), s.length_m);
-    return {lane::fma(t, s.dir_x, from_x), lane::fma(t, s.dir_y, from_y)};
+    const F x_m = at.x_m - s.x_m;
+    const F y_m = at.y_m - s.y_m;
+    const F along_m = lane::fma(x_m, s.dir_x, F(y_m * s.dir_y));
+    const F foot_m = lane::clamp(along_m, lane::splat<F>(0.0f), s.length_m);
+    return {lane::fma(foot_m, s.dir_x, F(-x_m)), lane::fma(foot_m, s.dir_y, F(-y_m))};
 }
 
 template <class F> inline SegmentLanes<F> splat(const Segment &s)
@@ -140,15 +139,19 @@ template <class F> inline F distance2(const Offset<F> &at, const HitPart &part, 
     return Offset<F>{hit.x_m - at.x_m, hit.y_m - at.y_m}.distance2();
 }
 
-/// Squared distance to a box, shortened by more than float rounding so that it never exceeds the
-/// computed distance of an item inside.
+/// Squared distance to a box.
 template <class F> inline F box_distance2(const Box &box, F x_m, F y_m)
 {
-    const F zero = lane::splat<F>(0.0f);
-    const F dx = lane::max(lane::max(F(box.x_min_m - x_m), F(x_m - box.x_max_m)), zero);
-    const F dy = lane::max(lane::max(F(box.y_min_m - y_m), F(y_m - box.y_max_m)), zero);
-    return 0.999999f * lane::fma(dx, dx, F(dy * dy));
+    const F near_x = lane::clamp(x_m, lane::splat<F>(box.x_min_m), lane::splat<F>(box.x_max_m));
+    const F near_y = lane::clamp(y_m, lane::splat<F>(box.y_min_m), lane::splat<F>(box.y_max_m));
+    const F dx = near_x - x_m;
+    const F dy = near_y - y_m;
+    return lane::fma(dx, dx, F(dy * dy));
 }
+
+/// How far to look into boxes for items at a squared distance of at most d2: more by what rounding
+/// may take from an item's computed distance.
+template <class F> inline F box_reach2(F d2) { return 1.000001f * d2; }
 
 /// Ids from `first` up to, not including, `end`.
 struct IdRange {
@@ -167,37 +170,59 @@ struct Listed {
 /// Offer one part of a beam if a lane wants it, a query may see it, and its id is in range: a slot
 /// may have got another beam since it was listed.
 template <class F, class Part>
-inline void offer_beam(NearestK<F> nearest, const Offset<F> &at, const Part &part,
+inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
                        const Listed &listed)
 {
+    using I = lane::IntOf<F>;
     const Beam &beam = listed.beams[listed.slot];
     const F d2 = distance2(at, part, beam);
     if (lane::any(d2 <= nearest.worst()) && Part::is_seen(beam) && listed.ids.has(beam.id)) {
-        nearest.offer(d2, static_cast<int32_t>(beam.id), static_cast<int32_t>(listed.slot));
+        nearest.offer({d2, lane::splat_int<I>(static_cast<int32_t>(beam.id)),
+                       lane::splat_int<I>(static_cast<int32_t>(listed.slot))});
     }
 }
 
-/// Offer the beams of a leaf.
-template <class F, class Part>
-inline void offer_leaf(NearestK<F> nearest, const Offset<F> &at, const Part &part,
-                       const KdTree &tree, const Subtree &leaf)
+/// How promising a box is to one query: the less the earlier it is looked into. The boxes of hits
+/// are told apart by their distance; those of free segments, which often cover each other and the
+/// query, by that of their centres.
+inline float priority(const HitPart &, const Box &box, const Point &at)
 {
-    const Stretch slots = slots_of(tree, leaf);
-    for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
-        offer_beam(nearest, at, part, {tree.beams, tree.slots[i], {0, tree.id_end}});
-    }
+    return box_distance2(box, at.x_m, at.y_m);
+}
+
+inline float priority(const FreePart &, const Box &box, const Point &at)
+{
+    const float twice_x = (box.x_min_m + box.x_max_m) - 2.0f * at.x_m;
+    const float twice_y = (box.y_min_m + box.y_max_m) - 2.0f * at.y_m;
+    return lane::fma(twice_x, twice_x, twice_y * twice_y);
 }
 
 /// A part of a tree and whether a lane may find something in it.
 template <class F> struct Prospect {
     Subtree subtree;
-    F d2; ///< To its box.
+    F d2;           ///< To its box.
+    float priority; ///< Of the packet's first query.
 };
 
-template <class F>
-inline Prospect<F> prospect(const KdTree &tree, const Offset<F> &at, const Subtree &t)
+template <class F, class Part>
+inline Prospect<F> prospect(const KdTree &tree, const Offset<F> &at, const Part &part,
+                            const Subtree &t)
 {
-    return {t, box_distance2(tree.boxes[t.node], at.x_m, at.y_m)};
+    const Box &box = tree.boxes[t.node];
+    const Point first = {lane::get(at.x_m, 0), lane::get(at.y_m, 0)};
+    return {t, box_distance2(box, at.x_m, at.y_m), priority(part, box, first)};
+}
+
+/// Offer the beams of a leaf.
+template <class F, class Part>
+inline void offer_leaf(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
+                       const KdTree &tree, const Subtree &leaf)
+{
+    const uint32_t first = leaf.first_leaf * kLeafSize;
+    const uint32_t end = first + kLeafSize < tree.n_items ? first + kLeafSize : tree.n_items;
+    for (uint32_t i = first; i < end; ++i) {
+        offer_beam(nearest, at, part, {tree.beams, tree.slots[i], {0, tree.id_end}});
+    }
 }
 
 /// Offer the beams of a tree: one walk for all lanes, the child nearer to the packet's first query
@@ -206,28 +231,29 @@ inline Prospect<F> prospect(const KdTree &tree, const Offset<F> &at, const Subtr
 /// at     the queries, relative to the map's origin.
 /// stack  kDepthMax entries.
 template <class F, class Part>
-void search_tree(NearestK<F> nearest, Offset<F> at, Part part, KdTree tree, Subtree *stack)
+void search_tree(NearestK<F> &nearest, Offset<F> at, Part part, KdTree tree, Subtree *stack)
 {
     uint32_t depth = 0;
     if (tree.n_items > 0) {
         stack[depth++] = {0, 0, leaf_count(tree.n_items)};
     }
     while (depth > 0) {
-        Prospect<F> here = prospect(tree, at, stack[--depth]);
-        while (lane::any(here.d2 <= nearest.worst()) && here.subtree.n_leaves > 1) {
-            Prospect<F> near = prospect(tree, at, left_of(here.subtree));
-            Prospect<F> far = prospect(tree, at, right_of(here.subtree));
-            if (lane::get(far.d2, 0) < lane::get(near.d2, 0)) {
+        Prospect<F> here = prospect(tree, at, part, stack[--depth]);
+        const F reach2 = box_reach2(nearest.worst());
+        while (lane::any(here.d2 <= reach2) && here.subtree.n_leaves > 1) {
+            Prospect<F> near = prospect(tree, at, part, left_of(here.subtree));
+            Prospect<F> far = prospect(tree, at, part, right_of(here.subtree));
+            if (far.priority < near.priority) {
                 const Prospect<F> left = near;
                 near = far;
                 far = left;
             }
-            if (lane::any(far.d2 <= nearest.worst())) {
+            if (lane::any(far.d2 <= reach2)) {
                 stack[depth++] = far.subtree;
             }
             here = near;
         }
-        if (lane::any(here.d2 <= nearest.worst())) {
+        if (lane::any(here.d2 <= reach2)) {
             offer_leaf(nearest, at, part, tree, here.subtree);
         }
     }

@@ -14,7 +14,7 @@ inline uint32_t count_scan(const NearestK<F> &nearest, const Beam *beams, int i_
 {
     uint32_t count = 0;
     for (uint32_t j = 0; j < n; ++j) {
-        const int32_t slot = lane::get(nearest.slot[j], i_lane);
+        const int32_t slot = lane::get(nearest.best[j].slot, i_lane);
         count += beams[slot].scan == beam.scan ? 1u : 0u;
     }
     return count;
@@ -29,14 +29,14 @@ inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, uint32_t n)
     for (int i = 0; i < kLanes; ++i) {
         uint32_t n_chosen = 0;
         for (uint32_t j = 0; j < nearest.k && n_chosen < n; ++j) {
-            const int32_t slot = lane::get(nearest.slot[j], i);
+            const int32_t slot = lane::get(nearest.best[j].slot, i);
             if (slot >= 0 && count_scan(nearest, map.index.beams, i, n_chosen,
                                         map.index.beams[slot]) < scan_points_max) {
-                lane::set(nearest.slot[n_chosen++], i, slot);
+                lane::set(nearest.best[n_chosen++].slot, i, slot);
             }
         }
         for (uint32_t j = n_chosen; j < n; ++j) {
-            lane::set(nearest.slot[j], i, int32_t{-1});
+            lane::set(nearest.best[j].slot, i, int32_t{-1});
         }
     }
 }
@@ -48,17 +48,19 @@ struct Gathered {
 };
 
 template <class Part>
-Gathered gather_one(const gpom_map &map, const Offset<F> &at, const Part &part, I slots)
+Gathered gather_one(const Beam *beams, const Offset<F> &at, const Part &part, I slots)
 {
-    const F zero = lane::splat<F>(0.0f);
-    Gathered gathered = {{at.x_m, at.y_m, zero, zero, zero}, zero};
+    Gathered gathered = {};
     for (int i = 0; i < kLanes; ++i) {
         const int32_t slot = lane::get(slots, i);
+        Segment segment = {lane::get(at.x_m, i), lane::get(at.y_m, i), 0.0f, 0.0f, 0.0f};
+        float excess = 0.0f;
         if (slot >= 0) {
-            const Beam &beam = map.index.beams[slot];
-            set_segment(gathered.segment, i, part(beam));
-            lane::set(gathered.excess, i, beam.excess);
+            segment = part(beams[slot]);
+            excess = beams[slot].excess;
         }
+        set_segment(gathered.segment, i, segment);
+        lane::set(gathered.excess, i, excess);
     }
     return gathered;
 }
@@ -76,16 +78,20 @@ F gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const
          const GatherTo &to)
 {
     const Offset<F> at = work.packet->at;
+    const Neighbourhood<F> points = work.points;
+    const float prior_variance = map.prior_variance;
+    const bool has_vote = map.config.params.vote != 0.0f;
+    const Beam *const beams = map.index.beams;
     F facing_sum = lane::splat<F>(0.0f);
     for (size_t j = 0; j < to.n; ++j) {
-        const Gathered own = gather_one(map, at, part, nearest.slot[j]);
+        const Gathered own = gather_one(beams, at, part, nearest.best[j].slot);
         const Offset<F> point = to_segment(at, own.segment);
-        const F own_noise = noise_of(to.sn2, map.prior_variance, own.excess);
-        work.points.x_m[to.first + j] = point.x_m;
-        work.points.y_m[to.first + j] = point.y_m;
-        work.points.noise[to.first + j] =
-            lane::select(nearest.slot[j] >= 0, own_noise, lane::splat<F>(kAbsentNoise));
-        if (map.config.params.vote != 0.0f) {
+        const F own_noise = noise_of(to.sn2, prior_variance, own.excess);
+        points.x_m[to.first + j] = point.x_m;
+        points.y_m[to.first + j] = point.y_m;
+        points.noise[to.first + j] =
+            lane::select(nearest.best[j].slot >= 0, own_noise, lane::splat<F>(kAbsentNoise));
+        if (has_vote) {
             facing_sum =
                 facing_sum + facing(point.x_m, point.y_m, own.segment.dir_x, own.segment.dir_y);
         }
@@ -98,10 +104,22 @@ inline F count_found(const NearestK<F> &nearest, size_t n)
 {
     F count = lane::splat<F>(0.0f);
     for (size_t j = 0; j < n; ++j) {
-        count =
-            count + lane::select(nearest.slot[j] >= 0, lane::splat<F>(1.0f), lane::splat<F>(0.0f));
+        count = count +
+                lane::select(nearest.best[j].slot >= 0, lane::splat<F>(1.0f), lane::splat<F>(0.0f));
     }
     return count;
+}
+
+/// True if a lane found two at the same distance: only those can be equal points.
+inline bool has_ties(const NearestK<F> &nearest)
+{
+    for (size_t j = 1; j < nearest.k; ++j) {
+        const F d2 = nearest.best[j].d2;
+        if (lane::any((d2 == nearest.best[j - 1].d2) & (d2 < kNoDistance2))) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /// What is added to alpha mu in eq. 7: beta, and what context says (params.h).
@@ -139,8 +157,12 @@ inline F find_neighbours(const gpom_map &map, Workspace &work)
     if (params.anisotropy > 0.0f) {
         shrink_along_hits(p, params.anisotropy);
     }
-    merge_equal(p.x_m, p.y_m, p.noise, p.n_hits);
-    merge_equal(p.x_m + p.n_hits, p.y_m + p.n_hits, p.noise + p.n_hits, p.n_free);
+    if (has_ties(work.hits)) {
+        merge_equal(p.x_m, p.y_m, p.noise, p.n_hits);
+    }
+    if (has_ties(work.free)) {
+        merge_equal(p.x_m + p.n_hits, p.y_m + p.n_hits, p.noise + p.n_hits, p.n_free);
+    }
     return offset;
 }
 

@@ -16,9 +16,10 @@ constexpr uint32_t kArrivedCounts = 3;
 /// Lane vectors that a group fills.
 constexpr uint32_t kVectors = kGroup / static_cast<uint32_t>(kLanes);
 
-/// kLanes new beams of a group. Lanes beyond its last beam have no length and speak of nothing.
+/// kLanes new beams of a group, all from one place. Lanes beyond its last beam have no length and
+/// speak of nothing.
 struct BeamLanes {
-    SegmentLanes<F> segment;
+    F dir_x, dir_y, length_m;
     F returned; ///< 1: it ends at a surface.
     F sure;
 };
@@ -26,13 +27,14 @@ struct BeamLanes {
 BeamLanes lanes_of(const Group &group, uint32_t i_vector)
 {
     const F zero = lane::splat<F>(0.0f);
-    BeamLanes lanes = {{zero, zero, zero, zero, zero}, zero, zero};
+    BeamLanes lanes = {zero, zero, zero, zero, zero};
     for (int i = 0; i < kLanes; ++i) {
         const uint32_t i_beam = i_vector * static_cast<uint32_t>(kLanes) + static_cast<uint32_t>(i);
         if (i_beam < group.n) {
             const Beam &beam = group.beams[i_beam];
-            set_segment(lanes.segment, i,
-                        {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, beam.range_m});
+            lane::set(lanes.dir_x, i, beam.dir_x);
+            lane::set(lanes.dir_y, i, beam.dir_y);
+            lane::set(lanes.length_m, i, beam.range_m);
             lane::set(lanes.returned, i, beam.returned != 0 ? 1.0f : 0.0f);
             lane::set(lanes.sure, i, (group.sure >> i_beam & 1u) != 0 ? 1.0f : 0.0f);
         }
@@ -40,26 +42,12 @@ BeamLanes lanes_of(const Group &group, uint32_t i_vector)
     return lanes;
 }
 
-/// Bit i set where the mask holds.
-template <class M> uint32_t bits_of_mask(M mask)
+/// True if one of the beams from a sensor comes within reach_m of the box: projections on the beam
+/// and across it.
+bool touches(const Point &sensor, const BeamLanes &s, const Box &box, float reach_m)
 {
-    if constexpr (kLanes == 1) {
-        return mask != 0 ? 1u : 0u;
-    } else {
-        uint32_t bits = 0;
-        for (int i = 0; i < kLanes; ++i) {
-            bits |= (mask[i] != 0 ? 1u : 0u) << i;
-        }
-        return bits;
-    }
-}
-
-/// True if one of the beams comes within reach_m of the box: projections on the beam and across it.
-bool touches(const BeamLanes &lanes, const Box &box, float reach_m)
-{
-    const SegmentLanes<F> &s = lanes.segment;
-    const F from_x = 0.5f * (box.x_min_m + box.x_max_m) - s.x_m;
-    const F from_y = 0.5f * (box.y_min_m + box.y_max_m) - s.y_m;
+    const float from_x = 0.5f * (box.x_min_m + box.x_max_m) - sensor.x_m;
+    const float from_y = 0.5f * (box.y_min_m + box.y_max_m) - sensor.y_m;
     const float half_x_m = 0.5f * (box.x_max_m - box.x_min_m);
     const float half_y_m = 0.5f * (box.y_max_m - box.y_min_m);
     const F along = from_x * s.dir_x + from_y * s.dir_y;
@@ -79,7 +67,8 @@ struct Witnesses {
 /// One group under judgement.
 struct Trial {
     gpom_map &map;
-    Box box; ///< Around all its beams, keep_m wider.
+    Box box;      ///< Around all its beams, keep_m wider.
+    Point sensor; ///< Where they start.
     BeamLanes lanes[kVectors];
 };
 
@@ -93,10 +82,9 @@ bool is_inside(const Box &box, const Point &p)
 Witnesses witnesses_of(const Trial &trial, uint32_t i_vector, const Point &at)
 {
     const float keep_m = trial.map.config.keep_m;
-    const BeamLanes &lanes = trial.lanes[i_vector];
-    const SegmentLanes<F> &s = lanes.segment;
-    const F from_x = at.x_m - s.x_m;
-    const F from_y = at.y_m - s.y_m;
+    const BeamLanes &s = trial.lanes[i_vector];
+    const float from_x = at.x_m - trial.sensor.x_m;
+    const float from_y = at.y_m - trial.sensor.y_m;
     const F across = lane::abs(F(from_x * s.dir_y - from_y * s.dir_x));
     if (!lane::any(across < keep_m)) {
         return {0, 0};
@@ -105,9 +93,9 @@ Witnesses witnesses_of(const Trial &trial, uint32_t i_vector, const Point &at)
     const F to_go = s.length_m - along;
     const F gap2 = across * across + to_go * to_go;
     const F width = lane::min(F(kPass.slope * to_go), lane::splat<F>(kPass.width * keep_m));
-    const auto ends = (lanes.returned > 0.0f) & (gap2 < keep_m * keep_m);
-    const auto passes = (lanes.sure > 0.0f) & (along > 0.0f) & (to_go > keep_m) & (across < width);
-    return {bits_of_mask(ends), bits_of_mask(passes)};
+    const auto ends = (s.returned > 0.0f) & (gap2 < keep_m * keep_m);
+    const auto passes = (s.sure > 0.0f) & (along > 0.0f) & (to_go > keep_m) & (across < width);
+    return {lane::bits_of_mask(ends), lane::bits_of_mask(passes)};
 }
 
 Witnesses witnesses_of(const Trial &trial, const Point &at)
@@ -238,7 +226,8 @@ Box box_around(const Group &group, float reach_m)
 void judge(gpom_map &map)
 {
     Group &group = map.keeper.group;
-    Trial trial = {map, box_around(group, map.config.keep_m), {}};
+    const Point sensor = {group.beams[0].x_m, group.beams[0].y_m};
+    Trial trial = {map, box_around(group, map.config.keep_m), sensor, {}};
     for (uint32_t v = 0; v < kVectors; ++v) {
         trial.lanes[v] = lanes_of(group, v);
     }
@@ -247,7 +236,7 @@ void judge(gpom_map &map)
             return false;
         }
         for (uint32_t v = 0; v < kVectors; ++v) {
-            if (touches(trial.lanes[v], box, map.config.keep_m)) {
+            if (touches(trial.sensor, trial.lanes[v], box, map.config.keep_m)) {
                 return true;
             }
         }

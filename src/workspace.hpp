@@ -54,8 +54,8 @@ struct ScratchLayout {
 constexpr ScratchLayout scratch_layout(size_t n, size_t n_pool)
 {
     const size_t n_padded = kTile * tile_count(n);
-    const size_t nearest = 0; // d2, id and slot
-    const size_t points = nearest + 3 * n_pool * sizeof(F);
+    const size_t nearest = 0;
+    const size_t points = nearest + n_pool * sizeof(Found<F>);
     const size_t features = points + 3 * n_padded * sizeof(F);
     const size_t vectors = features + n_padded * sizeof(Feature<F>); // u and v
     const size_t factor = vectors + 2 * n_padded * sizeof(F);
@@ -80,13 +80,6 @@ static_assert(scratch_bytes(16, 32) <= GPOM_SCRATCH_BYTES(16, kLanes), "public m
 static_assert(scratch_bytes(GPOM_POINTS_MAX, 2 * GPOM_POINTS_MAX) <=
                   GPOM_SCRATCH_BYTES(GPOM_POINTS_MAX, kLanes),
               "public macro too small");
-
-/// Part of the arrays of n_pool neighbours of both kinds, from `first` on.
-inline NearestK<F> carve_nearest(void *mem, size_t n_pool, size_t first, size_t k)
-{
-    return {carve<F>(mem, 0) + first, carve<I>(mem, n_pool * sizeof(F)) + first,
-            carve<I>(mem, 2 * n_pool * sizeof(F)) + first, static_cast<uint32_t>(k)};
-}
 
 /// Layout of the scratch for a map's neighbours.
 inline ScratchLayout scratch_layout_of(const gpom_params_t &params)
@@ -120,8 +113,9 @@ inline Workspace carve_workspace(const gpom_params_t &params, void *scratch)
     Workspace work = {};
     work.packet = carve<Packet>(mem, layout.packet);
     work.stack = carve<Subtree>(mem, layout.stack);
-    work.hits = carve_nearest(mem, n_pool, 0, n_pool_hits);
-    work.free = carve_nearest(mem, n_pool, n_pool_hits, n_pool - n_pool_hits);
+    Found<F> *const found = carve<Found<F>>(mem, layout.nearest);
+    work.hits = {found, static_cast<uint32_t>(n_pool_hits), 0};
+    work.free = {found + n_pool_hits, static_cast<uint32_t>(n_pool - n_pool_hits), 0};
     work.points = {xyn, xyn + n_padded, xyn + 2 * n_padded, params.n_hits, params.n_free};
     work.gp.features = carve<Feature<F>>(mem, layout.features);
     work.gp.u = uv;

@@ -107,24 +107,30 @@ template <int W> void check_forward(std::size_t n)
     Random random(40);
     LaneFactor<W> lanes(n);
     const Eigen::MatrixXf A = random_matrix(random, static_cast<Eigen::Index>(n));
-    Eigen::VectorXd b(n);
-    std::vector<F> z(gpom::kTile * gpom::tile_count(n));
+    Eigen::MatrixXd b(n, 2);
+    std::vector<F> z[2];
+    z[0].resize(gpom::kTile * gpom::tile_count(n));
+    z[1] = z[0];
     for (int i = 0; i < W; ++i) {
         lanes.load(i, A);
     }
     lanes.run();
     for (std::size_t i = 0; i < n; ++i) {
-        const float b_i = random.uniform_f(-1.0, 1.0);
-        b(static_cast<Eigen::Index>(i)) = b_i;
-        z[i] = gpom::lane::splat<F>(b_i);
+        for (Eigen::Index side = 0; side < 2; ++side) {
+            const float b_i = random.uniform_f(-1.0, 1.0);
+            b(static_cast<Eigen::Index>(i), side) = b_i;
+            z[side][i] = gpom::lane::splat<F>(b_i);
+        }
     }
     for (std::size_t i = 0; i < gpom::tile_count(n); ++i) {
-        gpom::forward_block(lanes.factor, i, z.data());
+        gpom::forward_block(lanes.factor, i, z[0].data(), z[1].data());
     }
-    const Eigen::VectorXd truth = A.cast<double>().llt().matrixL().solve(b);
+    const Eigen::MatrixXd truth = A.cast<double>().llt().matrixL().solve(b);
     for (std::size_t i = 0; i < n; ++i) {
-        CHECK(static_cast<double>(gpom::lane::get(z[i], W - 1)) ==
-              doctest::Approx(truth(static_cast<Eigen::Index>(i))).epsilon(1e-4));
+        for (Eigen::Index side = 0; side < 2; ++side) {
+            CHECK(static_cast<double>(gpom::lane::get(z[side][i], W - 1)) ==
+                  doctest::Approx(truth(static_cast<Eigen::Index>(i), side)).epsilon(1e-4));
+        }
     }
 }
 

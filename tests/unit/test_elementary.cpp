@@ -118,15 +118,25 @@ TEST_CASE("asin_of_complement loses nothing near 1")
     }
 }
 
-// Arguments beyond [0, 2], which rounding may produce in eq. 4, count as its ends.
-TEST_CASE("asin_of_complement clamps its argument")
+// An argument that rounding takes beyond 2, where eq. 4 ends, counts as one as far below it.
+TEST_CASE("asin_of_complement bears an argument rounded beyond 2")
 {
-    for (const float beyond : {1e-7f, 0.1f, 10.0f}) {
-        CHECK(std::abs(static_cast<double>(gpom::asin_of_complement(-beyond)) - kPi / 2) <= 2.8e-7);
-        CHECK(std::abs(static_cast<double>(gpom::asin_of_complement(2.0f + beyond)) + kPi / 2) <=
+    for (const float beyond : {2.5e-7f, 1e-6f, 1e-5f}) {
+        const double exact = std::asin(-1.0 + static_cast<double>((2.0f + beyond) - 2.0f));
+        CHECK(std::abs(static_cast<double>(gpom::asin_of_complement(2.0f + beyond)) - exact) <=
               2.8e-7);
     }
+    CHECK(gpom::asin_of_complement(2.0f) == doctest::Approx(-kPi / 2).epsilon(1e-7));
     CHECK(gpom::asin_of_complement(1.0f) == doctest::Approx(0.0).epsilon(1e-12));
+}
+
+// Scaled by a positive number it keeps its relative precision.
+TEST_CASE("asin_of_complement multiplies by a scale")
+{
+    for (const float q : {0.0f, 0.3f, 1.0f, 1.7f, 2.0f}) {
+        CHECK(gpom::asin_of_complement(q, 2.5f) ==
+              doctest::Approx(2.5f * gpom::asin_of_complement(q)).epsilon(1e-6));
+    }
 }
 
 // The exponential keeps its stated error in units of the last place from 0 down to -87.

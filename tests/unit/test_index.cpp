@@ -198,9 +198,7 @@ struct Life {
     template <int W, class Part> void check_search(const Part &part)
     {
         using F = Lanes<W>;
-        using I = gpom::lane::IntOf<F>;
-        F d2[kNearest];
-        I id[kNearest], slot[kNearest];
+        gpom::Found<F> best[kNearest];
         gpom::Subtree stack[gpom::kDepthMax];
         gpom::Offset<F> at = {};
         std::vector<Xy> queries;
@@ -209,7 +207,7 @@ struct Life {
             gpom::lane::set(at.x_m, i, static_cast<float>(queries.back().x));
             gpom::lane::set(at.y_m, i, static_cast<float>(queries.back().y));
         }
-        gpom::NearestK<F> nearest = {d2, id, slot, kNearest};
+        gpom::NearestK<F> nearest = {best, kNearest, 0};
         nearest.clear();
         gpom::search(nearest, at, index, part, stack);
         bool is_same = true;
@@ -217,15 +215,15 @@ struct Life {
             const std::vector<Ranked> truth =
                 brute_force(queries[static_cast<std::size_t>(i)], part);
             for (std::uint32_t j = 0; j < kNearest; ++j) {
-                const std::int32_t found = gpom::lane::get(slot[j], i);
+                const std::int32_t found = gpom::lane::get(best[j].slot, i);
                 if (j >= truth.size()) {
                     is_same = is_same && found == -1;
                     continue;
                 }
-                is_same = is_same && found >= 0 && gpom::lane::get(id[j], i) == truth[j].id &&
+                is_same = is_same && found >= 0 && gpom::lane::get(best[j].id, i) == truth[j].id &&
                           copy[static_cast<std::uint32_t>(found)].id ==
                               static_cast<std::uint32_t>(truth[j].id) &&
-                          same_bits(gpom::lane::get(d2[j], i), truth[j].d2) &&
+                          same_bits(gpom::lane::get(best[j].d2, i), truth[j].d2) &&
                           std::abs(std::sqrt(static_cast<double>(truth[j].d2)) -
                                    truth[j].distance) <= 1e-4;
             }

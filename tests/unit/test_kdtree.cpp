@@ -209,9 +209,7 @@ void check_search(const Tree &tree, const Part &part, std::uint32_t k,
                   const std::vector<Xy> &queries, const std::vector<std::vector<Ranked>> &truth)
 {
     using F = Lanes<W>;
-    using I = gpom::lane::IntOf<F>;
-    static F d2[32];
-    static I id[32], slot[32];
+    static gpom::Found<F> best[32];
     Subtree stack[gpom::kDepthMax];
     for (std::size_t first = 0; first + W <= queries.size(); first += W) {
         gpom::Offset<F> at = {};
@@ -220,7 +218,7 @@ void check_search(const Tree &tree, const Part &part, std::uint32_t k,
             gpom::lane::set(at.x_m, i, static_cast<float>(q.x));
             gpom::lane::set(at.y_m, i, static_cast<float>(q.y));
         }
-        gpom::NearestK<F> nearest = {d2, id, slot, k};
+        gpom::NearestK<F> nearest = {best, k, 0};
         nearest.clear();
         gpom::search_tree(nearest, at, part, tree.tree, stack);
         bool is_same = true;
@@ -228,10 +226,10 @@ void check_search(const Tree &tree, const Part &part, std::uint32_t k,
             const std::vector<Ranked> &ranked = truth[first + static_cast<std::size_t>(i)];
             for (std::uint32_t j = 0; j < k; ++j) {
                 const bool exists = j < ranked.size();
-                const std::int32_t got = gpom::lane::get(id[j], i);
+                const std::int32_t got = gpom::lane::get(best[j].id, i);
                 is_same = is_same && got == (exists ? ranked[j].id : gpom::kNoId) &&
-                          (gpom::lane::get(slot[j], i) >= 0) == exists &&
-                          (!exists || same_bits(gpom::lane::get(d2[j], i), ranked[j].d2));
+                          (gpom::lane::get(best[j].slot, i) >= 0) == exists &&
+                          (!exists || same_bits(gpom::lane::get(best[j].d2, i), ranked[j].d2));
             }
         }
         REQUIRE(is_same);
@@ -413,16 +411,15 @@ TEST_CASE("the k nearest do not depend on the order of offers")
     std::iota(ids.begin(), ids.end(), 0);
     for (int round = 0; round < 50; ++round) {
         std::shuffle(ids.begin(), ids.end(), random.bits);
-        float d2[8];
-        std::int32_t id[8], slot[8];
-        gpom::NearestK<float> nearest = {d2, id, slot, 8};
+        gpom::Found<float> best[8];
+        gpom::NearestK<float> nearest = {best, 8, 0};
         nearest.clear();
         for (const std::int32_t i : ids) {
-            nearest.offer(static_cast<float>(i / 5), i, 100 + i); // five at each distance
+            nearest.offer({static_cast<float>(i / 5), i, 100 + i}); // five at each distance
         }
         for (std::int32_t j = 0; j < 8; ++j) {
-            CHECK(id[j] == j);
-            CHECK(slot[j] == 100 + j);
+            CHECK(best[j].id == j);
+            CHECK(best[j].slot == 100 + j);
         }
     }
 }

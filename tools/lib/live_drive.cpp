@@ -63,10 +63,9 @@ std::uint64_t items_of(const gpom_map_t &map, const Part &part, std::uint32_t k,
                        gpom::Offset<float> at)
 {
     std::uint64_t n_items = 0;
-    std::vector<float> d2(k);
-    std::vector<std::int32_t> id(k), slot(k);
+    std::vector<gpom::Found<float>> best(k);
     std::vector<gpom::Subtree> stack(gpom::kDepthMax);
-    gpom::NearestK<float> nearest = {d2.data(), id.data(), slot.data(), k};
+    gpom::NearestK<float> nearest = {best.data(), k, 0};
     nearest.clear();
     const gpom::Counted<Part> counted = {{part}, &n_items};
     gpom::search(nearest, at, map.index, counted, stack.data());
