@@ -9,6 +9,8 @@ BUILD  ?= build/$(or $(CROSS:%-=%),host)-$(CONFIG)
 # Queries side by side: a number, or auto: chosen at run time from SSE2, AVX2 and AVX-512.
 LANES  ?= $(if $(CROSS),1,$(if $(filter x86_64,$(shell uname -m)),auto,4))
 FMA    ?= $(if $(CROSS),1,0)
+# 1: neighbourhoods of more than 64 points, with SuiteSparse (LDL and AMD, linked dynamically).
+SPARSE ?= $(if $(CROSS),0,1)
 EXEC   ?=
 SEED   ?=
 LOG    ?=
@@ -66,7 +68,7 @@ STREET := build/host-release/street
 WARN := -Wall -Wextra -Wshadow -Wconversion -Werror -Wno-psabi
 # Same numerics for everything that may inline a core header: see STYLE on fusing.
 NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES:auto=4) -DGPOM_FMA=$(FMA) \
-             $(if $(filter auto,$(LANES)),-DGPOM_DISPATCH=1)
+             $(if $(filter auto,$(LANES)),-DGPOM_DISPATCH=1) -DGPOM_SPARSE=$(SPARSE)
 INCLUDES  := -Iinclude -I. -isystem $(EIGEN)
 COMMON    := $(CPU_FLAGS) $(MODE) $(WARN) $(NUMERICS) $(INCLUDES)
 CORE_FLAGS := -std=c++17 $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \
@@ -85,7 +87,10 @@ PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
 
 objects = $(patsubst %,$(BUILD)/obj/%.o,$(basename $(1)))
 
-CORE_OBJ  := $(call objects,$(wildcard src/*.cpp))
+CORE_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),src/sparse_gp.cpp),\
+                $(wildcard src/*.cpp)))
+# What every program with the library in it is linked with.
+CORE_LIBS := $(if $(filter 1,$(SPARSE)),-lldl -lamd) -lm
 LCM_TOOL_SRC := tools/gpom_replay.cpp # these need liblcm: built with the daemon
 TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
 # The hot path once more for each instruction set, in a namespace of its own.
@@ -96,7 +101,8 @@ ISA_OBJ    := $(if $(filter auto,$(LANES)),$(BUILD)/obj/src/answer_avx2.o \
               $(BUILD)/obj/src/answer_avx512.o)
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
-TEST_OBJ  := $(call objects,$(wildcard tests/unit/*.cpp tests/property/*.cpp))
+TEST_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),tests/unit/test_sparse.cpp),\
+               $(wildcard tests/unit/*.cpp tests/property/*.cpp)))
 ENDIAN_OBJ := $(call objects,$(wildcard tests/endian/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
@@ -128,7 +134,7 @@ BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
 help: ## List the targets
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
 	    awk -F '|' '{ printf "  %-15s %s\n", $$1, $$2 }'
-	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA LOG DATA SKIP_BASE FUZZ_RUNS" \
+	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA SPARSE LOG DATA SKIP_BASE FUZZ_RUNS" \
 	    "FUZZ_SECONDS"
 
 lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the library
@@ -181,7 +187,8 @@ format: build/setup/lint ## Format all C and C++ sources in place
 	$(Q)python3 tools/lint.py reformat
 
 check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in library or codec
-	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom.a
+	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) \
+	    $(if $(filter 1,$(SPARSE)),--sparse) $(BUILD)/libgpom.a
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
 
 firmware: build/setup/firmware ## Build library and demo image for CPU (cortex-m7, cortex-m4)
@@ -281,10 +288,10 @@ $(BUILD)/libgpom.a: $(CORE_OBJ) $(ISA_OBJ)
 # Linked by the C compiler: a need for the C++ runtime is a link error, not a surprise.
 $(BUILD)/libgpom.so: $(CORE_OBJ) $(ISA_OBJ)
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so -o $@ $^ -lm
+	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so -o $@ $^ $(CORE_LIBS)
 $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CC) $(MODE) -o $@ $^ -lm
+	$(Q)$(CC) $(MODE) -o $@ $^ $(CORE_LIBS)
 
 # What lcm-gen makes of lcmtypes/, for tests only; the prefix keeps its gpom_map_t from ours.
 LCM_TYPES := $(wildcard lcmtypes/*.lcm)
@@ -320,7 +327,7 @@ $(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/un
 $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_codec.a,$^) $(filter %gpom.a,$^) \
-	    -llcm -lz
+	    -llcm -lz $(CORE_LIBS)
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
 $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SRC) \
@@ -333,26 +340,26 @@ $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SR
 .SECONDEXPANSION: # gpom-some-tool is made from tools/gpom_some_tool.cpp
 $(TOOLS): $(BUILD)/%: $(BUILD)/obj/tools/$$(subst -,_,$$*).o $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS) $(CORE_LIBS)
 $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 	@mkdir -p $(@D)
 	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' $(abspath build/venv/bin/python) $(abspath $<) > $@
 	@chmod +x $@
 $(BUILD)/speed: $(BUILD)/obj/bench/speed.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lbenchmark -lz
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lbenchmark -lz $(CORE_LIBS)
 $(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz $(CORE_LIBS)
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS) $(CORE_LIBS)
 $(BUILD)/snapshot_bytes: $(ENDIAN_OBJ) $(BUILD)/obj/tools/lib/snapshot_file.o $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) $(if $(CROSS),-static) -o $@ $^
+	$(Q)$(CXX) $(HOST_FLAGS) $(if $(CROSS),-static) -o $@ $^ $(CORE_LIBS)
 $(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(CORE_LIBS)
 
 $(STREET)/street.h: tools/street_header.py tools/params/street.toml tests/firmware/points.csv
 	$(Q)$(MAKE) CROSS= CPU= CONFIG=release build/host-release/gpom-sim

@@ -5,7 +5,9 @@
 #include "src/hot_path.hpp"
 
 #include "src/classify.hpp"
+#include "src/list_order.hpp"
 #include "src/neighbours.hpp"
+#include "src/sparse_lanes.hpp"
 
 namespace gpom
 {
@@ -28,6 +30,9 @@ struct Answers {
     F probability, n_hits, n_free;
 };
 
+/// A count up to 255, which stands for more as well.
+uint8_t count_in_byte(float n) { return static_cast<uint8_t>(lane::min(n, 255.0f)); }
+
 gpom_answer_t answer_of(const gpom_map &map, const Packet &packet, const Answers &answers, int i)
 {
     if (lane::get(packet.out_of_reach, i) != 0) {
@@ -42,8 +47,8 @@ gpom_answer_t answer_of(const gpom_map &map, const Packet &packet, const Answers
         answer.flags = GPOM_ANSWER_PIVOT;
     }
     answer.cls = static_cast<uint8_t>(class_of(map.config.params, answer.probability));
-    answer.n_hits = static_cast<uint8_t>(lane::get(answers.n_hits, i));
-    answer.n_free = static_cast<uint8_t>(lane::get(answers.n_free, i));
+    answer.n_hits = count_in_byte(lane::get(answers.n_hits, i));
+    answer.n_free = count_in_byte(lane::get(answers.n_free, i));
     return answer;
 }
 
@@ -55,11 +60,7 @@ unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answ
     const gpom_params_t &params = map.config.params;
     Evidence<F> evidence = {};
     evidence.offset = find_neighbours(map, work);
-    const bool in_map_frame = params.frame == GPOM_FRAME_MAP;
-    const F zero = lane::splat<F>(0.0f);
-    evidence.moments =
-        predict<K>(map.kernel, work.points, work.gp, in_map_frame ? packet.at.x_m : zero,
-                   in_map_frame ? packet.at.y_m : zero);
+    evidence.moments = moments_of<K>(map, work);
     if (params.fade_m > 0.0f) {
         const F nearest2_m2 = lane::min(work.hits.d2[0], work.free.d2[0]);
         evidence = faded(params, map.prior_variance, nearest2_m2, evidence);
@@ -137,25 +138,29 @@ void add_block(Packet &packet, const gpom_map &map, const gpom_raster_t &raster,
     }
 }
 
-size_t scratch_bytes_for(const gpom_params_t &params)
-{
-    const size_t n = static_cast<size_t>(params.n_hits) + params.n_free;
-    return scratch_bytes(n, pool_size(n, params.scan_points_max));
-}
+size_t scratch_bytes_for(const gpom_map &map) { return scratch_bytes(scratch_need(map)); }
 
 unsigned answer_points(const gpom_map &map, const gpom_point_list &points, gpom_answer_t *answers,
                        void *scratch)
 {
-    Workspace work = carve_workspace(map.config.params, scratch);
+    Workspace work = carve_workspace(map, scratch);
     const AnswerPacket answer_packet = answer_packet_for(map.config.params.kernel);
     unsigned flags = 0;
-    for (size_t i = 0; i < points.n;) {
-        clear(*work.packet);
-        while (i < points.n && work.packet->n < kLanes) {
-            add(*work.packet, map, points.points[i], i);
-            ++i;
+    for (size_t first = 0; first < points.n; first += kListBlock) {
+        const size_t n_left = points.n - first;
+        const ListBlock block = {points.points + first, n_left < kListBlock ? n_left : kListBlock};
+        const bool is_ordered = kLanes > 1 && block.n > static_cast<size_t>(kLanes);
+        if (is_ordered) {
+            order_along_curve(*work.order, block);
         }
-        flags |= answer_packet(map, work, answers);
+        for (size_t i = 0; i < block.n;) {
+            clear(*work.packet);
+            for (; i < block.n && work.packet->n < kLanes; ++i) {
+                const size_t place = is_ordered ? work.order->places[i] : i;
+                add(*work.packet, map, block.points[place], first + place);
+            }
+            flags |= answer_packet(map, work, answers);
+        }
     }
     return flags;
 }
@@ -163,7 +168,7 @@ unsigned answer_points(const gpom_map &map, const gpom_point_list &points, gpom_
 unsigned answer_raster(const gpom_map &map, const gpom_raster_t &raster, gpom_answer_t *answers,
                        void *scratch)
 {
-    Workspace work = carve_workspace(map.config.params, scratch);
+    Workspace work = carve_workspace(map, scratch);
     const AnswerPacket answer_packet = answer_packet_for(map.config.params.kernel);
     unsigned flags = 0;
     for (uint32_t iy = 0; iy < raster.ny; iy += kBlockY) {

@@ -115,6 +115,7 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     made.kernel = gpom::kernel_constants(config->params);
     made.prior_variance = gpom_params_prior_variance(&config->params);
     made.prior_probability = gpom_params_prior_probability(&config->params);
+    made.dense_max = GPOM_POINTS_MAX;
     carve_arrays(made, layout);
     made.index.hit_part = {config->params.depth_m};
     made.index.free_part = {config->params.gap_m};

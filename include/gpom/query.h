@@ -6,8 +6,10 @@
  *
  *  Cost of one point: at most 4 B / 8 box and B segment and B hit distances for B beams (in
  *  practice about 100 + 20 log2 B of each), then n^2 / 2 covariances and n^3 / 6 + n^2
- *  multiply-adds for n = n_hits + n_free, and n^2 comparisons with scan_points_max. No allocation,
- *  no recursion, no locks: safe in an interrupt if its time is. */
+ *  multiply-adds for n = n_hits + n_free, and n^2 comparisons with scan_points_max. More than
+ *  GPOM_POINTS_MAX neighbours are solved sparse, in double and one query at a time: as many
+ *  multiply-adds as the factor has pairs of nonzeros in a column, at worst n^3 / 6 again. No
+ *  allocation, no recursion, no locks: safe in an interrupt if its time is. */
 #ifndef GPOM_QUERY_H
 #define GPOM_QUERY_H
 
@@ -33,8 +35,8 @@ typedef struct {
     float probability; /**< Probability of occupancy, eq. 7 with its square root. */
     uint8_t cls;       /**< gpom_class_t. */
     uint8_t flags;     /**< 0, or GPOM_ANSWER_… bits. */
-    uint8_t n_hits;    /**< Hits that took part. */
-    uint8_t n_free;    /**< Free segments that took part. */
+    uint8_t n_hits;    /**< Hits that took part; 255 stands for more, too. */
+    uint8_t n_free;    /**< Free segments that took part; likewise. */
 } gpom_answer_t;
 
 /** A point in the map frame [m]. */
@@ -67,10 +69,20 @@ typedef struct {
 /** Bytes of scratch for n_points = n_hits + n_free neighbours and a library of `lanes` lanes
  *  (gpom_lanes(); GPOM_LANES_MAX fits every build): a constant expression for a static array. */
 #define GPOM_SCRATCH_BYTES(n_points, lanes)                                                        \
-    ((size_t)1024 +                                                                                \
-     (size_t)4 * (size_t)(lanes) *                                                                 \
-         (GPOM_WHOLE_TILES(n_points) * (GPOM_WHOLE_TILES(n_points) + (size_t)34) / (size_t)2 +     \
-          (size_t)8))
+    ((size_t)1024 + ((lanes) > 1 ? (size_t)2048 : (size_t)0) +                                     \
+     ((n_points) <= GPOM_POINTS_MAX ? GPOM_DENSE_BYTES(n_points, lanes)                            \
+                                    : GPOM_SPARSE_BYTES(n_points, lanes)))
+
+/** Of this for the dense solve of at most GPOM_POINTS_MAX neighbours. */
+#define GPOM_DENSE_BYTES(n_points, lanes)                                                          \
+    ((size_t)4 * (size_t)(lanes) *                                                                 \
+     (GPOM_WHOLE_TILES(n_points) * (GPOM_WHOLE_TILES(n_points) + (size_t)34) / (size_t)2 +         \
+      (size_t)8))
+
+/** Of this for the sparse solve of more: 1.2 MiB for 256 neighbours, 4.9 MiB for 512. */
+#define GPOM_SPARSE_BYTES(n_points, lanes)                                                         \
+    ((size_t)4 * (size_t)(lanes) * ((size_t)9 * GPOM_WHOLE_TILES(n_points) + (size_t)8) +          \
+     (size_t)18 * (size_t)(n_points) * (size_t)(n_points) + (size_t)96 * (size_t)(n_points))
 
 /** The covariance matrix is factored in tiles of 4 x 4: n_points rounded up to a multiple. */
 #define GPOM_WHOLE_TILES(n_points) (((size_t)(n_points) + (size_t)3) / (size_t)4 * (size_t)4)
