@@ -28,6 +28,7 @@ gpom_answer_t prior_answer(const gpom_map &map, unsigned flag)
 struct Answers {
     Moments<F> moments;
     F probability, n_hits, n_free;
+    bool is_cut;
 };
 
 /// A count up to 255, which stands for more as well.
@@ -46,20 +47,24 @@ gpom_answer_t answer_of(const gpom_map &map, const Packet &packet, const Answers
         answer.probability = map.prior_probability;
         answer.flags = GPOM_ANSWER_PIVOT;
     }
+    if (answers.is_cut) {
+        answer.flags = static_cast<uint8_t>(answer.flags | GPOM_ANSWER_CUT);
+    }
     answer.cls = static_cast<uint8_t>(class_of(map.config.params, answer.probability));
     answer.n_hits = count_in_byte(lane::get(answers.n_hits, i));
     answer.n_free = count_in_byte(lane::get(answers.n_free, i));
     return answer;
 }
 
-/// Answer one packet. Returns the flags of its answers, or-ed.
+/// Answer a packet whose neighbourhoods are found, and the context_offset() of each. Returns the
+/// flags of its answers, or-ed.
 template <gpom_kernel_t K>
-unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answers)
+unsigned answer_prepared(const gpom_map &map, Workspace &work, F offset, gpom_answer_t *answers)
 {
     const Packet &packet = *work.packet;
     const gpom_params_t &params = map.config.params;
     Evidence<F> evidence = {};
-    evidence.offset = find_neighbours(map, work);
+    evidence.offset = offset;
     evidence.moments = moments_of<K>(map, work);
     if (params.fade_m > 0.0f) {
         const F nearest2_m2 = lane::min(work.hits.d2[0], work.free.d2[0]);
@@ -70,11 +75,43 @@ unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answ
     lanes.probability = squash(params, lanes.moments.mean, lanes.moments.variance, evidence.offset);
     lanes.n_hits = count_found(work.hits, work.points.n_hits);
     lanes.n_free = count_found(work.free, work.points.n_free);
+    lanes.is_cut = work.is_cut;
     unsigned flags = 0;
     for (int i = 0; i < packet.n; ++i) {
         const gpom_answer_t answer = answer_of(map, packet, lanes, i);
         answers[packet.i_answer[i]] = answer;
         flags |= answer.flags;
+    }
+    return flags;
+}
+
+/// One query of another packet, in all lanes.
+void take_one(Packet &packet, const Packet &from, int i)
+{
+    packet.at = {lane::splat<F>(lane::get(from.at.x_m, i)),
+                 lane::splat<F>(lane::get(from.at.y_m, i))};
+    packet.out_of_reach = lane::splat_int<I>(lane::get(from.out_of_reach, i));
+    packet.i_answer[0] = from.i_answer[i];
+    packet.n = 1;
+}
+
+/// Answer one packet. Returns the flags of its answers, or-ed.
+///
+/// Should the walks down a tree not suffice for the packet, each of its queries gets as many for
+/// itself, so that a cut answer is not a matter of what else was asked.
+template <gpom_kernel_t K>
+unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answers)
+{
+    const F offset = find_neighbours(map, work);
+    if (!work.is_cut || work.packet->n == 1) {
+        return answer_prepared<K>(map, work, offset, answers);
+    }
+    *work.cut = *work.packet;
+    unsigned flags = 0;
+    for (int i = 0; i < work.cut->n; ++i) {
+        take_one(*work.packet, *work.cut, i);
+        const F own_offset = find_neighbours(map, work);
+        flags |= answer_prepared<K>(map, work, own_offset, answers);
     }
     return flags;
 }

@@ -14,6 +14,7 @@ void gpom_config_init(gpom_config_t *config)
     config->struct_bytes = sizeof(gpom_config_t);
     config->beam_max = 1024;
     config->lowres_unknown = 0.95f;
+    config->walk_max = GPOM_WALK_MAX;
     gpom_params_init(&config->params);
 }
 
@@ -39,7 +40,7 @@ gpom_status_t check_config(const gpom_config_t *config)
     if (config == nullptr || config->struct_bytes != sizeof(gpom_config_t)) {
         return GPOM_ERR_ARG;
     }
-    if (!is_valid_capacity(*config)) {
+    if (!is_valid_capacity(*config) || config->walk_max < 1) {
         return GPOM_ERR_ARG;
     }
     const bool keep_ok =

@@ -200,19 +200,33 @@ inline Prospect<F> prospect(const KdTree &tree, const Offset<F> &at, const Subtr
     return {t, box_distance2(tree.boxes[t.node], at.x_m, at.y_m)};
 }
 
-/// Offer the beams of a tree: one walk for all lanes, the child nearer to the packet's first query
-/// first, skipping boxes that no lane needs. At most every node and leaf is visited once.
+/// The means of a search: where it puts parts of a tree that it has still to walk down, and how
+/// many such walks it may take.
+struct Walks {
+    Subtree *stack; ///< kDepthMax entries.
+    uint32_t n_max;
+
+    Walks(Subtree *stack_, uint32_t n_max_ = UINT32_MAX) : stack(stack_), n_max(n_max_) {}
+};
+
+/// Offer the beams of a tree: one search for all lanes, the child nearer to the packet's first
+/// query first, skipping boxes that no lane needs. At most every node and leaf is visited once, and
+/// in each walk at most one leaf and two nodes of each level.
 ///
-/// at     the queries, relative to the map's origin.
-/// stack  kDepthMax entries.
+/// at       the queries, relative to the map's origin.
+/// returns  false if walks.n_max walks did not suffice: nearer beams may have been missed.
 template <class F, class Part>
-void search_tree(NearestK<F> nearest, Offset<F> at, Part part, KdTree tree, Subtree *stack)
+bool search_tree(NearestK<F> nearest, Offset<F> at, Part part, KdTree tree, Walks walks)
 {
+    Subtree *const stack = walks.stack;
     uint32_t depth = 0;
     if (tree.n_items > 0) {
         stack[depth++] = {0, 0, leaf_count(tree.n_items)};
     }
     while (depth > 0) {
+        if (walks.n_max-- == 0) {
+            return false;
+        }
         Prospect<F> here = prospect(tree, at, stack[--depth]);
         while (lane::any(here.d2 <= nearest.worst()) && here.subtree.n_leaves > 1) {
             Prospect<F> near = prospect(tree, at, left_of(here.subtree));
@@ -231,6 +245,7 @@ void search_tree(NearestK<F> nearest, Offset<F> at, Part part, KdTree tree, Subt
             offer_leaf(nearest, at, part, tree, here.subtree);
         }
     }
+    return true;
 }
 
 } // namespace gpom

@@ -48,7 +48,10 @@ gpom_status_t status_of(unsigned flags)
     if ((flags & GPOM_ANSWER_PIVOT) != 0) {
         return GPOM_ERR_PIVOT;
     }
-    return (flags & GPOM_ANSWER_OUT_OF_REACH) != 0 ? GPOM_ERR_REACH : GPOM_OK;
+    if ((flags & GPOM_ANSWER_OUT_OF_REACH) != 0) {
+        return GPOM_ERR_REACH;
+    }
+    return (flags & GPOM_ANSWER_CUT) != 0 ? GPOM_ERR_CUT : GPOM_OK;
 }
 
 bool is_raster(const gpom_raster_t &raster)

@@ -45,6 +45,8 @@ struct PointGroup {
 
 struct Workspace {
     Packet *packet;
+    Packet *cut; ///< A packet whose search was cut, while its queries are answered one by one.
+    bool is_cut; ///< The last search was cut.
     ListOrder *order;
     Subtree *stack;
     NearestK<F> hits, free;
@@ -83,7 +85,7 @@ inline ScratchNeed scratch_need(const gpom_map &map)
 /// Byte offsets behind the group of points that the scratch begins with; lanes first, as they are
 /// the most strictly aligned. What one way to solve needs is empty for the other.
 struct ScratchLayout {
-    size_t nearest, points, features, vectors, factor, packet, order, stack, sparse_points, sparse,
+    size_t nearest, points, features, vectors, factor, packets, order, stack, sparse_points, sparse,
         total;
 };
 
@@ -97,8 +99,8 @@ constexpr ScratchLayout scratch_layout(const ScratchNeed &need)
     layout.features = layout.points + 3 * n_padded * sizeof(F);
     layout.vectors = layout.features + n_dense * sizeof(Feature<F>); // u and v
     layout.factor = layout.vectors + 2 * n_dense * sizeof(F);
-    layout.packet = align8(layout.factor + panel_at(tile_count(n_dense)) * sizeof(F));
-    layout.order = layout.packet + align8(sizeof(Packet));
+    layout.packets = align8(layout.factor + panel_at(tile_count(n_dense)) * sizeof(F));
+    layout.order = layout.packets + (kLanes > 1 ? 2 : 1) * align8(sizeof(Packet));
     layout.stack = layout.order + (kLanes > 1 ? align8(sizeof(ListOrder)) : 0);
     layout.sparse_points = align8(layout.stack + kDepthMax * sizeof(Subtree));
     layout.sparse = layout.sparse_points + n_sparse * sizeof(gpom_sparse_point);
@@ -156,7 +158,8 @@ inline Workspace carve_workspace(const gpom_map &map, void *scratch)
     F *const xyn = carve<F>(mem, layout.points);
     F *const uv = carve<F>(mem, layout.vectors);
     Workspace work = {};
-    work.packet = carve<Packet>(mem, layout.packet);
+    work.packet = carve<Packet>(mem, layout.packets);
+    work.cut = work.packet + 1;
     work.order = carve<ListOrder>(mem, layout.order);
     work.stack = carve<Subtree>(mem, layout.stack);
     work.hits = carve_nearest(mem, need.n_pool, 0, n_pool_hits);

@@ -18,10 +18,10 @@ void require(gpom_status_t status, const std::string &what)
     }
 }
 
-/// Bad pivots are flagged in the answers, and are no failure of the whole query.
+/// Bad pivots and cut searches are flagged in the answers, and are no failure of the whole query.
 void require_answers(gpom_status_t status)
 {
-    if (status != GPOM_ERR_PIVOT) {
+    if (status != GPOM_ERR_PIVOT && status != GPOM_ERR_CUT) {
         require(status, "query");
     }
 }
