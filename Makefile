@@ -170,12 +170,19 @@ test-all: build/setup/lint firmware fuzzers count-queries ## Run `test`, firmwar
 	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
-bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann, FMA peak: build/bench
-	@mkdir -p build/bench
-	$(Q)$(BUILD)/speed --benchmark_out=build/bench/speed.json --benchmark_counters_tabular=true \
-	    --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \
-	    --benchmark_report_aggregates_only=true --benchmark_min_time=0.1 $(BENCH_FLAGS)
-	$(Q)python3 bench/ratios.py build/bench/speed.json | tee build/bench/ratios.txt
+bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann, scikit-learn, FMA peak
+	@mkdir -p build/bench && rm -f build/bench/sklearn.json
+	$(Q)if build/venv/bin/python -c 'import sklearn' 2>/dev/null; then \
+	    $(BUILD)/speed --neighbourhoods build/bench/neighbourhoods.json && \
+	    build/venv/bin/python bench/sklearn_gp.py build/bench/neighbourhoods.json \
+	        build/bench/sklearn.json; \
+	else echo "bench: no scikit-learn in build/venv (tools/setup python results): left out"; fi
+	$(Q)GPOM_DATA=$(abspath $(DATA)) $(BUILD)/speed --benchmark_out=build/bench/speed.json \
+	    --benchmark_counters_tabular=true --benchmark_repetitions=5 \
+	    --benchmark_enable_random_interleaving=true --benchmark_report_aggregates_only=true \
+	    --benchmark_min_time=0.1 $(BENCH_FLAGS)
+	$(Q)python3 bench/ratios.py build/bench/speed.json build/bench/sklearn.json | \
+	    tee build/bench/ratios.txt
 
 bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
 	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
