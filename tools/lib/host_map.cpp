@@ -55,6 +55,10 @@ HostMap::HostMap(const gpom_config_t &config) : map_bytes_(gpom_map_bytes(&confi
                                  " beams is out of range; from 1 to " +
                                  std::to_string(GPOM_BEAM_MAX));
     }
+    const char *problem = nullptr;
+    if (gpom_params_check(&config.params, &problem) == GPOM_ERR_PARAMS) {
+        throw std::runtime_error(problem);
+    }
     memory_ = std::make_unique<std::uint64_t[]>((map_bytes_ + 7) / 8);
     require(gpom_map_init(&map_, &config, memory_.get(), map_bytes_), "map");
     scratch_ = std::make_unique<std::uint8_t[]>(gpom_scratch_bytes(map_));
