@@ -128,6 +128,10 @@ SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
 BENCH_LIB := $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive street_world scan_log \
              text_lines truth host_map params_toml toml_table))
 BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
+# The solve alone, compiled as the hot path is; kernel_constants() comes from the same namespace.
+BENCH_ISAS := $(if $(filter auto,$(LANES)),avx2 avx512)
+BENCH_ISA_OBJ := $(foreach isa,$(BENCH_ISAS),$(BUILD)/obj/bench/solve_$(isa).o \
+                 $(BUILD)/obj/bench/kernel_$(isa).o)
 
 # --- Public targets ----------------------------------------------------------------------------
 
@@ -264,8 +268,8 @@ $(BUILD)/flags: FORCE
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
 $(CORE_OBJ) $(ISA_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
-    $(PORT_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) \
-    $(CODEC_ECHO_OBJ): \
+    $(PORT_OBJ) $(BENCH_OBJ) $(BENCH_ISA_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) \
+    $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
@@ -284,6 +288,10 @@ $(ISA_OBJ): $(BUILD)/obj/src/answer_%.o: src/answer.cpp
 $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) \
     $(LCM_TOOL_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
+$(BENCH_ISAS:%=$(BUILD)/obj/bench/solve_%.o): $(BUILD)/obj/bench/solve_%.o: bench/solve.cpp
+	$(call compile,$(CXX) $(HOST_FLAGS) $(ISA_$*))
+$(BENCH_ISAS:%=$(BUILD)/obj/bench/kernel_%.o): $(BUILD)/obj/bench/kernel_%.o: src/kernel.cpp
+	$(call compile,$(CXX) $(HOST_FLAGS) $(ISA_$*))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
 $(CODEC_OBJ): $(BUILD)/obj/%.o: %.c
@@ -357,7 +365,8 @@ $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 	@mkdir -p $(@D)
 	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' $(abspath build/venv/bin/python) $(abspath $<) > $@
 	@chmod +x $@
-$(BUILD)/speed: $(BUILD)/obj/bench/speed.o $(BENCH_LIB) $(BUILD)/libgpom.a
+$(BUILD)/speed: $(BUILD)/obj/bench/speed.o $(BUILD)/obj/bench/solve.o $(BENCH_ISA_OBJ) \
+    $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lbenchmark -lz $(CORE_LIBS)
 $(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a

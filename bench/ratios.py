@@ -6,8 +6,8 @@ usage: bench/ratios.py SPEED.json [SKLEARN.json]
 First a line for each map and n: queries a second in rasters and lists, and how many times as many
 as plain Eigen with brute force, with the tree, and scikit-learn (another process of the same run,
 if it is installed); the time of a whole query over that of nanoflann's search of the hits alone;
-multiply-adds of all whole queries as a part of the measured peak (n^3 / 6 + n^2 a query: factor and
-substitutions, nothing for search and covariances). Then whole maps beside the paper's times, a
+the solve alone, covariances included, as a part of the measured peak of multiply-adds (two
+operations each). Then whole maps beside the paper's times, a
 real log, building and inserting, and the two solves of many neighbours.
 """
 import json
@@ -44,18 +44,19 @@ class Run:
 def print_queries(run, sklearn):
     peak = run.rate(f"multiply-add/{run.context['lanes']}")
     print(f"{'map':<12} {'n':>3} {'raster/s':>9} {'list/s':>9} {'x brute':>8} {'x tree':>7} "
-          f"{'x sklearn':>9} {'time / nanoflann':>17} {'of peak':>8}")
+          f"{'x sklearn':>9} {'time / nanoflann':>17} {'solve of peak':>14}")
     for match, row in run.matching(r"raster/(\S+)/n(\d+)"):
         of, n, raster = f"/{match[1]}/n{match[2]}", int(match[2]), row["items_per_second"]
         listed, brute, tree, hits = [run.rate(other + of) for other in
                                      ("points", "eigen-brute", "eigen-tree", "nanoflann-hits")]
         peer = sklearn.get(f"n{n}", {}).get("queries_per_second", math.nan)
-        share = 100 * raster * (n**3 / 6 + n**2) / peak
+        share = 100 * run.rate(f"solve/n{n}") / (2 * peak)
         print(f"{match[1]:<12} {n:>3} {raster:9.3g} {listed:9.3g} {raster / brute:8.1f} "
-              f"{raster / tree:7.1f} {raster / peer:9.0f} {hits / raster:17.2f} {share:6.0f} %")
+              f"{raster / tree:7.1f} {raster / peer:9.0f} {hits / raster:17.2f} {share:12.0f} %")
     for n in (16, 32):
-        ratio = run.rate(f"raster/wide-500k/n{n}") / run.rate(f"raster/sparse/n{n}")
-        print(f"500,000 beams against 476, n = {n}: {ratio:.2f} of the rate")
+        rates = [run.rate(f"raster/{name}/n{n}") for name in ("wide-500k", "sparse", "wide-12k")]
+        print(f"rate with 500,000 beams, n = {n}: {rates[0] / rates[1]:.2f} of that with 476, "
+              f"{rates[0] / rates[2]:.2f} of that with 12,000 of the same town")
 
 
 def print_maps(run):
@@ -78,7 +79,8 @@ def print_maintenance(run):
 
 
 def print_solves(run):
-    for match, row in run.matching(r"solve-sparse(/ell(\d+)/n(\d+))"):
+    rows = run.matching(r"solve-sparse(/ell(\d+)/n(\d+))")
+    for match, row in sorted(rows, key=lambda found: (int(found[0][3]), int(found[0][2]))):
         ratio = run.rate("solve-dense" + match[1]) / row["items_per_second"]
         print(f"n = {match[3]}, ell {match[2]:>2} m: {100 * row['nonzeros']:5.1f} % of K not zero, "
               f"sparse takes {ratio:6.2f} of the dense time")

@@ -3,6 +3,7 @@
 #include "bench/fma_peak.hpp"
 #include "bench/place.hpp"
 #include "bench/plain_gp.hpp"
+#include "bench/solve.hpp"
 #include "gpom/gpom.h"
 #include "tools/lib/host_map.hpp"
 #include "tools/lib/scan_log.hpp"
@@ -302,7 +303,7 @@ void write_neighbourhoods(const std::string &path)
                                   {"ell_m", params.ell_m},
                                   {"sn2", params.sn2},
                                   {"sn2_free", params.sn2_free}};
-    for (const std::size_t n : {16u, 32u}) {
+    for (const std::size_t n : {16u, 24u, 32u, 48u, 64u}) {
         all["n" + std::to_string(n)] = neighbourhoods_json(n);
     }
     std::ofstream file(path);
@@ -319,6 +320,34 @@ void fma_peak(benchmark::State &state, float (*peak)(std::int64_t), int width)
         benchmark::DoNotOptimize(peak(kRounds));
     }
     state.SetItemsProcessed(state.iterations() * kRounds * kChains * width);
+}
+
+/// The solve of the lanes that the library has chosen.
+gpom_bench_solve solve_in_use()
+{
+#if GPOM_DISPATCH
+    if (gpom_lanes() == 16) {
+        return gpom_avx512::bench_solve_here();
+    }
+    if (gpom_lanes() == 8) {
+        return gpom_avx2::bench_solve_here();
+    }
+#endif
+    return gpom::bench_solve_here();
+}
+
+/// Operations a second of the solve alone; an item is half of one multiply-add.
+void solve_alone(benchmark::State &state, std::size_t n)
+{
+    const gpom_bench_solve chosen = solve_in_use();
+    const gpom_params_t params = params_of("matern12", n);
+    constexpr std::size_t kRounds = 100;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(chosen.solve(params, kRounds));
+    }
+    const double flops = solve_flops(static_cast<double>(n)) * chosen.lanes * kRounds;
+    state.SetItemsProcessed(
+        static_cast<std::int64_t>(flops * static_cast<double>(state.iterations())));
 }
 
 template <class Fn, class... Args> void add(const std::string &name, Fn fn, Args... args)
@@ -370,6 +399,7 @@ void add_all()
     add_many_neighbours();
     for (const std::size_t n : {16u, 24u, 32u, 48u, 64u}) {
         add_queries(kSparse, n);
+        add("solve/n" + std::to_string(n), solve_alone, n);
     }
     for (const std::size_t n : {16u, 32u}) {
         for (const Data &data : {kWide[0], kWide[1], kDense, kThinned}) {
