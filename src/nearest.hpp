@@ -215,8 +215,11 @@ struct Walks {
 ///
 /// at       the queries, relative to the map's origin.
 /// returns  false if walks.n_max walks did not suffice: nearer beams may have been missed.
+///
+/// Not inlined: twice in one function its inner loops run out of registers.
 template <class F, class Part>
-bool search_tree(NearestK<F> nearest, Offset<F> at, Part part, KdTree tree, Walks walks)
+[[gnu::noinline]] bool search_tree(NearestK<F> nearest, Offset<F> at, Part part, KdTree tree,
+                                   Walks walks)
 {
     Subtree *const stack = walks.stack;
     uint32_t depth = 0;
