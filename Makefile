@@ -10,6 +10,8 @@ BUILD  ?= build/$(or $(CROSS:%-=%),host)-$(CONFIG)
 LANES  ?= $(if $(CROSS),1,$(if $(filter x86_64,$(shell uname -m)),auto,4))
 FMA    ?= $(if $(CROSS),1,0)
 MINNUM ?= $(if $(filter cortex-m7,$(if $(CROSS),$(CPU))),1,0)
+# 1: neighbourhoods of more than 64 points, with SuiteSparse (LDL and AMD, linked dynamically).
+SPARSE ?= $(if $(CROSS),0,1)
 EXEC   ?=
 SEED   ?=
 LOG    ?=
@@ -67,7 +69,7 @@ STREET := build/host-release/street
 WARN := -Wall -Wextra -Wshadow -Wconversion -Werror -Wno-psabi
 # Same numerics for everything that may inline a core header: see STYLE on fusing.
 NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES:auto=4) -DGPOM_FMA=$(FMA) \
-             -DGPOM_MINNUM=$(MINNUM) \
+             -DGPOM_MINNUM=$(MINNUM) -DGPOM_SPARSE=$(SPARSE) \
              $(if $(filter auto,$(LANES)),-DGPOM_DISPATCH=1)
 INCLUDES  := -Iinclude -I. -isystem $(EIGEN)
 COMMON    := $(CPU_FLAGS) $(MODE) $(WARN) $(NUMERICS) $(INCLUDES)
@@ -87,7 +89,10 @@ PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
 
 objects = $(patsubst %,$(BUILD)/obj/%.o,$(basename $(1)))
 
-CORE_OBJ  := $(call objects,$(wildcard src/*.cpp))
+CORE_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),src/sparse_gp.cpp),\
+                $(wildcard src/*.cpp)))
+# What every program with the library in it is linked with.
+CORE_LIBS := $(if $(filter 1,$(SPARSE)),-lldl -lamd) -lm
 LCM_TOOL_SRC := tools/gpom_replay.cpp # these need liblcm: built with the daemon
 TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
 # The hot path once more for each instruction set, in a namespace of its own.
@@ -98,7 +103,8 @@ ISA_OBJ    := $(if $(filter auto,$(LANES)),$(BUILD)/obj/src/answer_avx2.o \
               $(BUILD)/obj/src/answer_avx512.o)
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
-TEST_OBJ  := $(call objects,$(wildcard tests/unit/*.cpp tests/property/*.cpp))
+TEST_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),tests/unit/test_sparse.cpp),\
+               $(wildcard tests/unit/*.cpp tests/property/*.cpp)))
 ENDIAN_OBJ := $(call objects,$(wildcard tests/endian/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
@@ -124,21 +130,30 @@ SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
 BENCH_LIB := $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive street_world scan_log \
              text_lines truth host_map params_toml toml_table))
 BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
+# The solve alone, compiled as the hot path is; kernel_constants() comes from the same namespace.
+BENCH_ISAS := $(if $(filter auto,$(LANES)),avx2 avx512)
+BENCH_ISA_OBJ := $(foreach isa,$(BENCH_ISAS),$(BUILD)/obj/bench/solve_$(isa).o \
+                 $(BUILD)/obj/bench/kernel_$(isa).o)
 
 # --- Public targets ----------------------------------------------------------------------------
 
 help: ## List the targets
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
 	    awk -F '|' '{ printf "  %-15s %s\n", $$1, $$2 }'
-	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA LOG DATA SKIP_BASE FUZZ_RUNS" \
+	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA SPARSE LOG DATA SKIP_BASE FUZZ_RUNS" \
 	    "FUZZ_SECONDS"
 
 lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the library
 
 tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
 
-results: tools build/setup/results ## Judge all methods, logs of DATA, streets: RESULTS.md (minutes)
-	$(Q)$(BUILD)/gpom-results --build $(BUILD) --data $(DATA) --out RESULTS.md
+results: tools build/setup/results build/setup/bench $(BUILD)/speed ## Judge all methods: RESULTS.md
+	@mkdir -p build/bench
+	$(Q)$(BUILD)/speed --benchmark_filter=solve- --benchmark_repetitions=3 \
+	    --benchmark_report_aggregates_only=true --benchmark_min_time=0.05 \
+	    --benchmark_out=build/bench/solves.json >/dev/null
+	$(Q)$(BUILD)/gpom-results --build $(BUILD) --data $(DATA) --solves build/bench/solves.json \
+	    --out RESULTS.md
 
 codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS= for firmware)
 
@@ -166,12 +181,19 @@ test-all: build/setup/lint firmware fuzzers count-queries ## Run `test`, firmwar
 	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
-bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann, FMA peak: build/bench
-	@mkdir -p build/bench
-	$(Q)$(BUILD)/speed --benchmark_out=build/bench/speed.json --benchmark_counters_tabular=true \
-	    --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true \
-	    --benchmark_report_aggregates_only=true --benchmark_min_time=0.1 $(BENCH_FLAGS)
-	$(Q)python3 bench/ratios.py build/bench/speed.json | tee build/bench/ratios.txt
+bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann, scikit-learn, FMA peak
+	@mkdir -p build/bench && rm -f build/bench/sklearn.json
+	$(Q)if build/venv/bin/python -c 'import sklearn' 2>/dev/null; then \
+	    $(BUILD)/speed --neighbourhoods build/bench/neighbourhoods.json && \
+	    build/venv/bin/python bench/sklearn_gp.py build/bench/neighbourhoods.json \
+	        build/bench/sklearn.json; \
+	else echo "bench: no scikit-learn in build/venv (tools/setup python results): left out"; fi
+	$(Q)GPOM_DATA=$(abspath $(DATA)) $(BUILD)/speed --benchmark_out=build/bench/speed.json \
+	    --benchmark_counters_tabular=true --benchmark_repetitions=5 \
+	    --benchmark_enable_random_interleaving=true --benchmark_report_aggregates_only=true \
+	    --benchmark_min_time=0.1 $(BENCH_FLAGS)
+	$(Q)python3 bench/ratios.py build/bench/speed.json build/bench/sklearn.json | \
+	    tee build/bench/ratios.txt
 
 bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
 	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
@@ -183,7 +205,8 @@ format: build/setup/lint ## Format all C and C++ sources in place
 	$(Q)python3 tools/lint.py reformat
 
 check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in library or codec
-	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom.a
+	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) \
+	    $(if $(filter 1,$(SPARSE)),--sparse) $(BUILD)/libgpom.a
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
 
 firmware: build/setup/firmware ## Build library and demo image for CPU (cortex-m7, cortex-m4)
@@ -247,8 +270,8 @@ $(BUILD)/flags: FORCE
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
 $(CORE_OBJ) $(ISA_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
-    $(PORT_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) \
-    $(CODEC_ECHO_OBJ): \
+    $(PORT_OBJ) $(BENCH_OBJ) $(BENCH_ISA_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) \
+    $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
@@ -267,6 +290,10 @@ $(ISA_OBJ): $(BUILD)/obj/src/answer_%.o: src/answer.cpp
 $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) \
     $(LCM_TOOL_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
+$(BENCH_ISAS:%=$(BUILD)/obj/bench/solve_%.o): $(BUILD)/obj/bench/solve_%.o: bench/solve.cpp
+	$(call compile,$(CXX) $(HOST_FLAGS) $(ISA_$*))
+$(BENCH_ISAS:%=$(BUILD)/obj/bench/kernel_%.o): $(BUILD)/obj/bench/kernel_%.o: src/kernel.cpp
+	$(call compile,$(CXX) $(HOST_FLAGS) $(ISA_$*))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
 $(CODEC_OBJ): $(BUILD)/obj/%.o: %.c
@@ -283,10 +310,10 @@ $(BUILD)/libgpom.a: $(CORE_OBJ) $(ISA_OBJ)
 # Linked by the C compiler: a need for the C++ runtime is a link error, not a surprise.
 $(BUILD)/libgpom.so: $(CORE_OBJ) $(ISA_OBJ)
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so -o $@ $^ -lm
+	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so -o $@ $^ $(CORE_LIBS)
 $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CC) $(MODE) -o $@ $^ -lm
+	$(Q)$(CC) $(MODE) -o $@ $^ $(CORE_LIBS)
 
 # What lcm-gen makes of lcmtypes/, for tests only; the prefix keeps its gpom_map_t from ours.
 LCM_TYPES := $(wildcard lcmtypes/*.lcm)
@@ -322,7 +349,7 @@ $(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/un
 $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_codec.a,$^) $(filter %gpom.a,$^) \
-	    -llcm -lz
+	    -llcm -lz $(CORE_LIBS)
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
 $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SRC) \
@@ -335,26 +362,27 @@ $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SR
 .SECONDEXPANSION: # gpom-some-tool is made from tools/gpom_some_tool.cpp
 $(TOOLS): $(BUILD)/%: $(BUILD)/obj/tools/$$(subst -,_,$$*).o $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS) $(CORE_LIBS)
 $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 	@mkdir -p $(@D)
 	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' $(abspath build/venv/bin/python) $(abspath $<) > $@
 	@chmod +x $@
-$(BUILD)/speed: $(BUILD)/obj/bench/speed.o $(BENCH_LIB) $(BUILD)/libgpom.a
+$(BUILD)/speed: $(BUILD)/obj/bench/speed.o $(BUILD)/obj/bench/solve.o $(BENCH_ISA_OBJ) \
+    $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lbenchmark -lz
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lbenchmark -lz $(CORE_LIBS)
 $(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz $(CORE_LIBS)
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS)
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS) $(CORE_LIBS)
 $(BUILD)/snapshot_bytes: $(ENDIAN_OBJ) $(BUILD)/obj/tools/lib/snapshot_file.o $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) $(if $(CROSS),-static) -o $@ $^
+	$(Q)$(CXX) $(HOST_FLAGS) $(if $(CROSS),-static) -o $@ $^ $(CORE_LIBS)
 $(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(CORE_LIBS)
 
 $(STREET)/street.h: tools/street_header.py tools/params/street.toml tests/firmware/points.csv
 	$(Q)$(MAKE) CROSS= CPU= CONFIG=release build/host-release/gpom-sim

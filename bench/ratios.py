@@ -1,40 +1,102 @@
 #!/usr/bin/env python3
 """Ratios within one run of bench/speed.cpp.
 
-usage: bench/ratios.py SPEED.json
+usage: bench/ratios.py SPEED.json [SKLEARN.json]
 
-A line for each map and n: queries a second in rasters and lists, and how many times as many as
-plain Eigen with brute force and with the tree; the time of a whole query over that of nanoflann's
-search of the hits alone; multiply-adds of all whole queries as a part of the measured peak
-(n^3 / 6 + n^2 a query: factor and substitutions, nothing for search and covariances).
+First a line for each map and n: queries a second in rasters and lists, and how many times as many
+as plain Eigen with brute force, with the tree, and scikit-learn (another process of the same run,
+if it is installed); the time of a whole query over that of nanoflann's search of the hits alone;
+the solve alone, covariances included, as a part of the measured peak of multiply-adds (two
+operations each). Then whole maps beside the paper's times, a
+real log, building and inserting, and the two solves of many neighbours.
 """
 import json
 import math
+import os
 import re
 import sys
 
+PAPER = {"coarse-120000-m2": "paper: under 5 s",
+         "street-100-m-20-m": "paper: 200 s at 1,000 points a second"}
+
+
+class Run:
+    """Medians of one run by their names."""
+
+    def __init__(self, path):
+        with open(path, encoding="utf-8") as file:
+            run = json.load(file)
+        self.context = run["context"]
+        self.rows = {row["run_name"]: row for row in run["benchmarks"]
+                     if row.get("aggregate_name") == "median"}
+
+    def rate(self, name):
+        """Items a second; not a number if the row was left out of the run."""
+        return self.rows.get(name, {}).get("items_per_second", math.nan)
+
+    def matching(self, pattern):
+        """(match, row) by name."""
+        for name, row in sorted(self.rows.items()):
+            if match := re.fullmatch(pattern, name):
+                yield match, row
+
+
+def print_queries(run, sklearn):
+    peak = run.rate(f"multiply-add/{run.context['lanes']}")
+    print(f"{'map':<12} {'n':>3} {'raster/s':>9} {'list/s':>9} {'x brute':>8} {'x tree':>7} "
+          f"{'x sklearn':>9} {'time / nanoflann':>17} {'solve of peak':>14}")
+    for match, row in run.matching(r"raster/(\S+)/n(\d+)"):
+        of, n, raster = f"/{match[1]}/n{match[2]}", int(match[2]), row["items_per_second"]
+        listed, brute, tree, hits = [run.rate(other + of) for other in
+                                     ("points", "eigen-brute", "eigen-tree", "nanoflann-hits")]
+        peer = sklearn.get(f"n{n}", {}).get("queries_per_second", math.nan)
+        share = 100 * run.rate(f"solve/n{n}") / (2 * peak)
+        print(f"{match[1]:<12} {n:>3} {raster:9.3g} {listed:9.3g} {raster / brute:8.1f} "
+              f"{raster / tree:7.1f} {raster / peer:9.0f} {hits / raster:17.2f} {share:12.0f} %")
+    for n in (16, 32):
+        rates = [run.rate(f"raster/{name}/n{n}") for name in ("wide-500k", "sparse", "wide-12k")]
+        print(f"rate with 500,000 beams, n = {n}: {rates[0] / rates[1]:.2f} of that with 476, "
+              f"{rates[0] / rates[2]:.2f} of that with 12,000 of the same town")
+
+
+def print_maps(run):
+    sparse = run.rate("raster/sparse/n16")
+    for match, row in run.matching(r"map/(\S+)"):
+        print(f"map {match[1]}: {row['cpu_time'] / 1e6:.1f} ms, n = 16 ({PAPER[match[1]]})")
+    for match, row in run.matching(r"log/(\S+)/n16"):
+        rate = row["items_per_second"]
+        print(f"log {match[1]}: {row['beams']:.0f} beams, {rate:.3g} queries/s at n = 16, "
+              f"{rate / sparse:.2f} of the sparse street's")
+
+
+def print_maintenance(run):
+    for match, row in run.matching(r"build/(\S+)"):
+        print(f"build {match[1]}: {row['beams']:.0f} beams, "
+              f"{row['cpu_time'] / row['beams']:.0f} ns and {row['bytes_per_beam']:.1f} bytes each")
+    for match, row in run.matching(r"insert/(\S+)"):
+        print(f"insert {match[1]}: {1e6 / row['items_per_second']:.1f} us a scan with its step, "
+              f"{row['beams']:.0f} beams kept")
+
+
+def print_solves(run):
+    rows = run.matching(r"solve-sparse(/ell(\d+)/n(\d+))")
+    for match, row in sorted(rows, key=lambda found: (int(found[0][3]), int(found[0][2]))):
+        ratio = run.rate("solve-dense" + match[1]) / row["items_per_second"]
+        print(f"n = {match[3]}, ell {match[2]:>2} m: {100 * row['nonzeros']:5.1f} % of K not zero, "
+              f"sparse takes {ratio:6.2f} of the dense time")
+
 
 def main():
-    with open(sys.argv[1], encoding="utf-8") as file:
-        run = json.load(file)
-    rate = {row["run_name"]: row["items_per_second"] for row in run["benchmarks"]
-            if row.get("aggregate_name") == "median" and "items_per_second" in row}
-    lanes = run["context"]["lanes"]
-    peak = rate.get(f"multiply-add/{lanes}")
-    print(f"{lanes} lanes, compiler {run['context']['compiler']}; medians of one run")
-    print(f"{'map':<12} {'n':>3} {'raster/s':>9} {'list/s':>9} {'x brute':>8} {'x tree':>7} "
-          f"{'time / nanoflann':>17} {'of peak':>8}")
-    for name, raster in sorted(rate.items()):
-        match = re.fullmatch(r"raster/(\S+)/n(\d+)", name)
-        if not match:
-            continue
-        of, n = f"/{match[1]}/n{match[2]}", int(match[2])
-        listed, brute, tree, hits = [
-            rate.get(other + of, math.nan)  # left out of the run: nan
-            for other in ("points", "eigen-brute", "eigen-tree", "nanoflann-hits")]
-        share = f"{100 * raster * (n**3 / 6 + n**2) / peak:6.0f} %" if peak else "-"
-        print(f"{match[1]:<12} {n:>3} {raster:9.3g} {listed:9.3g} {raster / brute:8.1f} "
-              f"{raster / tree:7.1f} {hits / raster:17.2f} {share:>8}")
+    run = Run(sys.argv[1])
+    sklearn = {}
+    if len(sys.argv) > 2 and os.path.exists(sys.argv[2]):
+        with open(sys.argv[2], encoding="utf-8") as file:
+            sklearn = json.load(file)
+    print(f"{run.context['lanes']} lanes, compiler {run.context['compiler']}; medians of one run")
+    print_queries(run, sklearn)
+    print_maps(run)
+    print_maintenance(run)
+    print_solves(run)
 
 
 if __name__ == "__main__":

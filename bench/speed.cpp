@@ -1,15 +1,21 @@
 // The library against what users would take instead, on the same data in the same run: Google
 // Benchmark, repetitions interleaved at random. Times are for one core.
 #include "bench/fma_peak.hpp"
+#include "bench/place.hpp"
 #include "bench/plain_gp.hpp"
+#include "bench/solve.hpp"
 #include "gpom/gpom.h"
-#include "tools/lib/params_toml.hpp"
-#include "tools/lib/street.hpp"
+#include "tools/lib/host_map.hpp"
+#include "tools/lib/scan_log.hpp"
 
 #include <benchmark/benchmark.h>
 #include <nanoflann.hpp>
+#include <nlohmann/json.hpp>
 
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <random>
@@ -21,117 +27,13 @@ using namespace gpom_tools;
 namespace
 {
 
-/// What a map is made of: the street repeated `tiles` times each way, scans of `n_beams`.
-struct Data {
-    const char *name;
-    int tiles, n_scans, n_beams;
-    double step_m;
-    float keep_m; ///< 0: every beam is kept.
-};
-
-constexpr Data kSparse = {"sparse", 1, 28, 17, 8.0, 0.0f};
-constexpr Data kWide[] = {{"wide-12k", 5, 28, 17, 8.0, 0.0f}, {"wide-500k", 33, 28, 17, 8.0, 0.0f}};
-constexpr Data kDense = {"dense-50k", 1, 280, 181, 0.8, 0.0f};
-constexpr Data kThinned = {"thinned-50k", 1, 280, 181, 0.8, 0.5f};
-
-std::vector<Scan> scans_of(const Data &data, StreetConfig &street)
-{
-    street.n_scans = data.n_scans;
-    street.n_beams = data.n_beams;
-    street.step_m = data.step_m;
-    const std::vector<Scan> one = simulate_scans(make_street_world(street), street, {});
-    std::vector<Scan> all;
-    for (int tile = 0; tile < data.tiles * data.tiles; ++tile) {
-        for (Scan scan : one) {
-            scan.x_m += (tile % data.tiles) * street.width_m;
-            scan.y_m += (tile / data.tiles) * street.height_m;
-            all.push_back(scan);
-        }
-    }
-    return all;
-}
-
-/// A map in the caller's memory, and places in its middle tile.
-class Place {
-public:
-    Place(const Data &data, std::size_t n) : scans_(scans_of(data, street_))
-    {
-        params_ = read_params("tests/golden/params_matern12_query.toml");
-        params_.n_hits = params_.n_free = static_cast<std::uint16_t>(n / 2);
-        gpom_config_init(&config_);
-        config_.params = params_;
-        config_.keep_m = data.keep_m;
-        config_.beam_max =
-            static_cast<std::uint32_t>(scans_.size()) * static_cast<std::uint32_t>(street_.n_beams);
-        middle_ = {street_.width_m * (data.tiles / 2), street_.height_m * (data.tiles / 2)};
-        memory_.resize(gpom_map_bytes(&config_) / 8 + 1);
-        clear();
-        for (std::size_t i = 0; i < scans_.size(); ++i) {
-            insert(i);
-        }
-        require(gpom_map_build(map_));
-        scratch_memory_.resize(gpom_scratch_bytes(map_));
-    }
-
-    static void require(gpom_status_t status)
-    {
-        if (status != GPOM_OK) {
-            throw std::runtime_error(gpom_status_str(status));
-        }
-    }
-
-    void clear() { require(gpom_map_init(&map_, &config_, memory_.data(), 8 * memory_.size())); }
-
-    void insert(std::size_t i)
-    {
-        const Scan &scan = scans_[i];
-        gpom_sensor_t sensor;
-        gpom_sensor_init(&sensor);
-        sensor.range_max_m = static_cast<float>(scan.range_max_m);
-        const gpom_pose_t pose = {scan.x_m, scan.y_m, scan.theta_rad, nullptr};
-        const gpom_scan_t readings = {static_cast<std::int64_t>(i) * 100000, scan.angle_min_rad,
-                                      scan.angle_step_rad, scan.ranges_m.data(),
-                                      static_cast<std::uint32_t>(scan.ranges_m.size())};
-        require(gpom_scan_insert(map_, &readings, &sensor, &pose));
-    }
-
-    /// Corner of the i-th of many patches, spread over the middle tile.
-    gpom_point_t corner(std::size_t i) const
-    {
-        const double k = static_cast<double>(i % 64);
-        return {middle_.x_m + std::fmod(5.5 + 37.0 * k, street_.width_m - 10.0),
-                middle_.y_m + std::fmod(3.5 + 53.0 * k, street_.height_m - 10.0)};
-    }
-
-    gpom::Offset<float> offset(const gpom_point_t &p) const
-    {
-        return {static_cast<float>(p.x_m), static_cast<float>(p.y_m)};
-    }
-
-    gpom_map_t *map() { return map_; }
-    const gpom::Index &index() const { return map_->index; }
-    const gpom_params_t &params() const { return params_; }
-    std::size_t n_scans() const { return scans_.size(); }
-    gpom_scratch_t scratch() { return {scratch_memory_.data(), scratch_memory_.size()}; }
-
-private:
-    StreetConfig street_;
-    std::vector<Scan> scans_;
-    gpom_params_t params_;
-    gpom_config_t config_;
-    gpom_point_t middle_ = {};
-    std::vector<std::uint64_t> memory_;
-    std::vector<std::uint8_t> scratch_memory_;
-    gpom_map_t *map_ = nullptr;
-};
-
 /// Maps are made once and stay.
 Place &place_of(const Data &data, std::size_t n)
 {
     static std::map<std::pair<std::string, std::size_t>, std::unique_ptr<Place>> places;
     auto &place = places[{data.name, n}];
     if (!place) {
-        place = std::make_unique<Place>(data, n);
+        place = std::make_unique<Place>(data, params_of("matern12", n));
     }
     return *place;
 }
@@ -151,7 +53,7 @@ void raster(benchmark::State &state, const Data &data, std::size_t n)
     for (auto _ : state) {
         const gpom_point_t at = place.corner(i++);
         const gpom_raster_t patch = {at.x_m, at.y_m, 0.25, 32, 32};
-        Place::require(gpom_query_raster(place.map(), &patch, answers.data(), &scratch));
+        require(gpom_query_raster(place.map(), &patch, answers.data(), &scratch));
     }
     set_queries(state, answers.size());
 }
@@ -173,7 +75,7 @@ void random_points(benchmark::State &state, const Data &data, std::size_t n)
         }
         ++i;
         state.ResumeTiming();
-        Place::require(
+        require(
             gpom_query_points(place.map(), points.data(), points.size(), answers.data(), &scratch));
     }
     set_queries(state, answers.size());
@@ -241,25 +143,174 @@ void build(benchmark::State &state, const Data &data)
 {
     Place &place = place_of(data, 16);
     for (auto _ : state) {
-        Place::require(gpom_map_build(place.map()));
+        require(gpom_map_build(place.map()));
     }
     state.counters["beams"] = gpom_map_beam_count(place.map());
+    state.counters["bytes_per_beam"] = place.bytes_per_beam();
 }
 
 /// All scans into an empty map, a step of 20,000 operations after each.
 void insert(benchmark::State &state, const Data &data)
 {
-    Place place(data, 16);
+    Place place(data, params_of("matern12", 16));
     for (auto _ : state) {
         place.clear();
         for (std::size_t i = 0; i < place.n_scans(); ++i) {
             std::uint64_t used = 0;
             place.insert(i);
-            Place::require(gpom_map_step(place.map(), 20000, nullptr, &used));
+            require(gpom_map_step(place.map(), 20000, nullptr, &used));
         }
     }
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(place.n_scans()));
     state.counters["beams"] = gpom_map_beam_count(place.map());
+}
+
+/// A whole raster at once, from the lower left corner of the middle tile on.
+void whole_map(benchmark::State &state, const Data &data, double cell_m, std::uint32_t nx,
+               std::uint32_t ny)
+{
+    Place &place = place_of(data, 16);
+    std::vector<gpom_answer_t> answers(static_cast<std::size_t>(nx) * ny);
+    const gpom_scratch_t scratch = place.scratch();
+    const gpom_point_t corner = place.corner(0);
+    const gpom_raster_t area = {corner.x_m, corner.y_m, cell_m, nx, ny};
+    for (auto _ : state) {
+        require(gpom_query_raster(place.map(), &area, answers.data(), &scratch));
+    }
+    set_queries(state, answers.size());
+}
+
+/// Share of pairs of neighbours at a place that are within ell of each other: of nonzeros in K.
+double nonzero_share(const Place &place, const gpom::Offset<float> &at)
+{
+    const gpom_params_t &params = place.params();
+    auto points = nearest_by_tree(place.index(), place.index().hit_part, at, params.n_hits);
+    const auto free = nearest_by_tree(place.index(), place.index().free_part, at, params.n_free);
+    points.insert(points.end(), free.begin(), free.end());
+    double n_near = 0.0;
+    for (const Neighbour &a : points) {
+        for (const Neighbour &b : points) {
+            n_near += (a.at - b.at).norm() < params.ell_m ? 1.0 : 0.0;
+        }
+    }
+    return n_near / static_cast<double>(points.size() * points.size());
+}
+
+enum class Solve { dense, sparse };
+
+/// Packets of 4 x 4 cells of 0.25 m with the Askey covariance of a length, by either solve.
+void many_neighbours(benchmark::State &state, std::size_t n, float ell_m, Solve solve)
+{
+    gpom_params_t params = params_of("askey", n);
+    params.ell_m = ell_m;
+    Place place(kWide[0], params);
+    place.map()->dense_max = solve == Solve::dense ? GPOM_SPARSE_POINTS_MAX : GPOM_POINTS_MAX;
+    std::vector<std::uint8_t> memory(gpom_scratch_bytes(place.map()));
+    const gpom_scratch_t scratch = {memory.data(), memory.size()};
+    gpom_answer_t answers[16];
+    double nonzeros = 0.0;
+    std::size_t i = 0;
+    for (auto _ : state) {
+        const gpom_point_t at = place.corner(i++);
+        const gpom_raster_t patch = {at.x_m, at.y_m, 0.25, 4, 4};
+        require(gpom_query_raster(place.map(), &patch, answers, &scratch));
+    }
+    for (i = 0; i < 64; ++i) {
+        nonzeros += nonzero_share(place, place.offset(place.corner(i))) / 64.0;
+    }
+    set_queries(state, 16);
+    state.counters["nonzeros"] = nonzeros;
+}
+
+/// A real log, all of its returns or as the live map keeps them, and patches about its poses.
+struct LogMap {
+    std::vector<Scan> scans;
+    std::unique_ptr<HostMap> map;
+    std::vector<std::uint8_t> scratch;
+};
+
+LogMap &log_map(const std::string &path, bool is_live)
+{
+    static std::map<std::pair<std::string, bool>, LogMap> maps;
+    LogMap &made = maps[{path, is_live}];
+    if (!made.map) {
+        ReadOptions options;
+        options.range_max_m = 25.0;
+        made.scans = read_scans(path, options);
+        const gpom_params_t params = params_of("matern12", 16);
+        const gpom_point_t origin = middle_of(made.scans);
+        const LiveConfig live;
+        made.map = std::make_unique<HostMap>(
+            is_live ? live_config(params, live, origin)
+                    : whole_config(params, beam_count(made.scans), origin));
+        for (const Scan &scan : made.scans) {
+            made.map->insert(scan);
+            (void)made.map->step(live.step_ops);
+        }
+        made.map->build();
+        made.scratch.resize(gpom_scratch_bytes(made.map->get()));
+    }
+    return made;
+}
+
+/// Patches of 32 x 32 cells of 0.25 m about 64 poses.
+void log_raster(benchmark::State &state, const std::string &path, bool is_live)
+{
+    LogMap &log = log_map(path, is_live);
+    const gpom_scratch_t scratch = {log.scratch.data(), log.scratch.size()};
+    std::vector<gpom_answer_t> answers(1024);
+    std::size_t i = 0;
+    for (auto _ : state) {
+        const Scan &scan = log.scans[i++ % 64 * log.scans.size() / 64];
+        const gpom_raster_t patch = {scan.x_m - 4.0, scan.y_m - 4.0, 0.25, 32, 32};
+        require(gpom_query_raster(log.map->get(), &patch, answers.data(), &scratch));
+    }
+    set_queries(state, answers.size());
+    state.counters["beams"] = gpom_map_beam_count(log.map->get());
+}
+
+/// Neighbourhoods and their answers, for peers in other processes.
+nlohmann::ordered_json neighbourhoods_json(std::size_t n)
+{
+    Place &place = place_of(kSparse, n);
+    const gpom::Index &index = place.index();
+    const gpom_scratch_t scratch = place.scratch();
+    nlohmann::ordered_json queries = nlohmann::ordered_json::array();
+    for (std::size_t i = 0; i < 64; ++i) {
+        const gpom_point_t point = place.corner(i);
+        gpom_answer_t answer;
+        require(gpom_query_points(place.map(), &point, 1, &answer, &scratch));
+        const auto places_of = [](const std::vector<Neighbour> &found) {
+            std::vector<std::array<float, 2>> places;
+            for (const Neighbour &neighbour : found) {
+                places.push_back({neighbour.at.x(), neighbour.at.y()});
+            }
+            return places;
+        };
+        const gpom::Offset<float> at = place.offset(point);
+        queries.push_back({{"hits", places_of(nearest_by_tree(index, index.hit_part, at, n / 2))},
+                           {"free", places_of(nearest_by_tree(index, index.free_part, at, n / 2))},
+                           {"mean", answer.mean},
+                           {"variance", answer.variance}});
+    }
+    return queries;
+}
+
+void write_neighbourhoods(const std::string &path)
+{
+    const gpom_params_t params = params_of("matern12", 16);
+    nlohmann::ordered_json all = {{"sf2", params.sf2},
+                                  {"ell_m", params.ell_m},
+                                  {"sn2", params.sn2},
+                                  {"sn2_free", params.sn2_free}};
+    for (const std::size_t n : {16u, 24u, 32u, 48u, 64u}) {
+        all["n" + std::to_string(n)] = neighbourhoods_json(n);
+    }
+    std::ofstream file(path);
+    file << all.dump() << "\n";
+    if (!file.flush()) {
+        throw std::runtime_error(path + ": cannot be written");
+    }
 }
 
 void fma_peak(benchmark::State &state, float (*peak)(std::int64_t), int width)
@@ -269,6 +320,34 @@ void fma_peak(benchmark::State &state, float (*peak)(std::int64_t), int width)
         benchmark::DoNotOptimize(peak(kRounds));
     }
     state.SetItemsProcessed(state.iterations() * kRounds * kChains * width);
+}
+
+/// The solve of the lanes that the library has chosen.
+gpom_bench_solve solve_in_use()
+{
+#if GPOM_DISPATCH
+    if (gpom_lanes() == 16) {
+        return gpom_avx512::bench_solve_here();
+    }
+    if (gpom_lanes() == 8) {
+        return gpom_avx2::bench_solve_here();
+    }
+#endif
+    return gpom::bench_solve_here();
+}
+
+/// Operations a second of the solve alone; an item is half of one multiply-add.
+void solve_alone(benchmark::State &state, std::size_t n)
+{
+    const gpom_bench_solve chosen = solve_in_use();
+    const gpom_params_t params = params_of("matern12", n);
+    constexpr std::size_t kRounds = 100;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(chosen.solve(params, kRounds));
+    }
+    const double flops = solve_flops(static_cast<double>(n)) * chosen.lanes * kRounds;
+    state.SetItemsProcessed(
+        static_cast<std::int64_t>(flops * static_cast<double>(state.iterations())));
 }
 
 template <class Fn, class... Args> void add(const std::string &name, Fn fn, Args... args)
@@ -286,20 +365,51 @@ void add_queries(const Data &data, std::size_t n)
     add("eigen-brute" + of, plain, data, n, Search::force);
 }
 
+/// Logs of the folder GPOM_DATA, if it has them.
+void add_logs()
+{
+    const char *const folder = std::getenv("GPOM_DATA");
+    const std::string path =
+        std::string(folder == nullptr ? "../shared/data" : folder) + "/campus-west.log.gz";
+    if (!std::filesystem::exists(path)) {
+        std::fprintf(stderr, "speed: no %s: its rows are left out\n", path.c_str());
+        return;
+    }
+    add("log/campus-west-live/n16", log_raster, path, true);
+    add("log/campus-west-all/n16", log_raster, path, false);
+}
+
+void add_many_neighbours()
+{
+    for (const std::size_t n : {128u, 256u, 512u}) {
+        for (const float ell_m : {2.0f, 5.0f, 12.0f, 36.0f}) {
+            const std::string of =
+                "/ell" + std::to_string(static_cast<int>(ell_m)) + "/n" + std::to_string(n);
+            add("solve-dense" + of, many_neighbours, n, ell_m, Solve::dense);
+            add("solve-sparse" + of, many_neighbours, n, ell_m, Solve::sparse);
+        }
+    }
+}
+
 void add_all()
 {
+    add("map/coarse-120000-m2", whole_map, kWide[0], 5.0, 80u, 60u);
+    add("map/street-100-m-20-m", whole_map, kSparse, 0.1, 1000u, 200u);
+    add_logs();
+    add_many_neighbours();
     for (const std::size_t n : {16u, 24u, 32u, 48u, 64u}) {
         add_queries(kSparse, n);
+        add("solve/n" + std::to_string(n), solve_alone, n);
     }
     for (const std::size_t n : {16u, 32u}) {
         for (const Data &data : {kWide[0], kWide[1], kDense, kThinned}) {
             add_queries(data, n);
         }
     }
-    for (const Data &data : {kSparse, kWide[0], kDense}) {
+    for (const Data &data : {kSparse, kWide[0], kWide[1], kDense}) {
         add(std::string("build/") + data.name, build, data);
     }
-    for (const Data &data : {kSparse, kThinned}) {
+    for (const Data &data : {kSparse, kDense, kThinned}) {
         add(std::string("insert/") + data.name, insert, data);
     }
     add("multiply-add/4", fma_peak, peak_sse2, 4);
@@ -315,9 +425,15 @@ void add_all()
 
 } // namespace
 
+// usage: speed [flags of Google Benchmark]
+//        speed --neighbourhoods FILE   writes what bench/sklearn_gp.py computes with, and no more
 int main(int argc, char **argv)
 {
     benchmark::Initialize(&argc, argv);
+    if (argc == 3 && std::string(argv[1]) == "--neighbourhoods") {
+        write_neighbourhoods(argv[2]);
+        return 0;
+    }
     benchmark::AddCustomContext("lanes", std::to_string(gpom_lanes()));
     benchmark::AddCustomContext("compiler", __VERSION__);
     add_all();

@@ -5,7 +5,9 @@
 #include "src/hot_path.hpp"
 
 #include "src/classify.hpp"
+#include "src/list_order.hpp"
 #include "src/neighbours.hpp"
+#include "src/sparse_lanes.hpp"
 
 namespace gpom
 {
@@ -26,7 +28,11 @@ gpom_answer_t prior_answer(const gpom_map &map, unsigned flag)
 struct Answers {
     Moments<F> moments;
     F probability, n_hits, n_free;
+    bool is_cut;
 };
+
+/// A count up to 255, which stands for more as well.
+uint8_t count_in_byte(float n) { return static_cast<uint8_t>(lane::min(n, 255.0f)); }
 
 gpom_answer_t answer_of(const gpom_map &map, const Packet &packet, const Answers &answers, int i)
 {
@@ -41,25 +47,25 @@ gpom_answer_t answer_of(const gpom_map &map, const Packet &packet, const Answers
         answer.probability = map.prior_probability;
         answer.flags = GPOM_ANSWER_PIVOT;
     }
+    if (answers.is_cut) {
+        answer.flags = static_cast<uint8_t>(answer.flags | GPOM_ANSWER_CUT);
+    }
     answer.cls = static_cast<uint8_t>(class_of(map.config.params, answer.probability));
-    answer.n_hits = static_cast<uint8_t>(lane::get(answers.n_hits, i));
-    answer.n_free = static_cast<uint8_t>(lane::get(answers.n_free, i));
+    answer.n_hits = count_in_byte(lane::get(answers.n_hits, i));
+    answer.n_free = count_in_byte(lane::get(answers.n_free, i));
     return answer;
 }
 
-/// Answer one packet. Returns the flags of its answers, or-ed.
+/// Answer a packet whose neighbourhoods are found, and the context_offset() of each. Returns the
+/// flags of its answers, or-ed.
 template <gpom_kernel_t K>
-unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answers)
+unsigned answer_prepared(const gpom_map &map, Workspace &work, F offset, gpom_answer_t *answers)
 {
     const Packet &packet = *work.packet;
     const gpom_params_t &params = map.config.params;
     Evidence<F> evidence = {};
-    evidence.offset = find_neighbours(map, work);
-    const bool in_map_frame = params.frame == GPOM_FRAME_MAP;
-    const F zero = lane::splat<F>(0.0f);
-    evidence.moments =
-        predict<K>(map.kernel, work.points, work.gp, in_map_frame ? packet.at.x_m : zero,
-                   in_map_frame ? packet.at.y_m : zero);
+    evidence.offset = offset;
+    evidence.moments = moments_of<K>(map, work);
     if (params.fade_m > 0.0f) {
         const F nearest2_m2 = lane::min(work.hits.best[0].d2, work.free.best[0].d2);
         evidence = faded(params, map.prior_variance, nearest2_m2, evidence);
@@ -69,11 +75,43 @@ unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answ
     lanes.probability = squash(params, lanes.moments.mean, lanes.moments.variance, evidence.offset);
     lanes.n_hits = count_found(work.hits, work.points.n_hits);
     lanes.n_free = count_found(work.free, work.points.n_free);
+    lanes.is_cut = work.is_cut;
     unsigned flags = 0;
     for (int i = 0; i < packet.n; ++i) {
         const gpom_answer_t answer = answer_of(map, packet, lanes, i);
         answers[packet.i_answer[i]] = answer;
         flags |= answer.flags;
+    }
+    return flags;
+}
+
+/// One query of another packet, in all lanes.
+void take_one(Packet &packet, const Packet &from, int i)
+{
+    packet.at = {lane::splat<F>(lane::get(from.at.x_m, i)),
+                 lane::splat<F>(lane::get(from.at.y_m, i))};
+    packet.out_of_reach = lane::splat_int<I>(lane::get(from.out_of_reach, i));
+    packet.i_answer[0] = from.i_answer[i];
+    packet.n = 1;
+}
+
+/// Answer one packet. Returns the flags of its answers, or-ed.
+///
+/// Should the walks down a tree not suffice for the packet, each of its queries gets as many for
+/// itself, so that a cut answer is not a matter of what else was asked.
+template <gpom_kernel_t K>
+unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answers)
+{
+    const F offset = find_neighbours(map, work);
+    if (!work.is_cut || work.packet->n == 1) {
+        return answer_prepared<K>(map, work, offset, answers);
+    }
+    *work.cut = *work.packet;
+    unsigned flags = 0;
+    for (int i = 0; i < work.cut->n; ++i) {
+        take_one(*work.packet, *work.cut, i);
+        const F own_offset = find_neighbours(map, work);
+        flags |= answer_prepared<K>(map, work, own_offset, answers);
     }
     return flags;
 }
@@ -137,25 +175,29 @@ void add_block(Packet &packet, const gpom_map &map, const gpom_raster_t &raster,
     }
 }
 
-size_t scratch_bytes_for(const gpom_params_t &params)
-{
-    const size_t n = static_cast<size_t>(params.n_hits) + params.n_free;
-    return scratch_bytes(n, pool_size(n, params.scan_points_max));
-}
+size_t scratch_bytes_for(const gpom_map &map) { return scratch_bytes(scratch_need(map)); }
 
 unsigned answer_points(const gpom_map &map, const gpom_point_list &points, gpom_answer_t *answers,
                        void *scratch)
 {
-    Workspace work = carve_workspace(map.config.params, scratch);
+    Workspace work = carve_workspace(map, scratch);
     const AnswerPacket answer_packet = answer_packet_for(map.config.params.kernel);
     unsigned flags = 0;
-    for (size_t i = 0; i < points.n;) {
-        clear(*work.packet);
-        while (i < points.n && work.packet->n < kLanes) {
-            add(*work.packet, map, points.points[i], i);
-            ++i;
+    for (size_t first = 0; first < points.n; first += kListBlock) {
+        const size_t n_left = points.n - first;
+        const ListBlock block = {points.points + first, n_left < kListBlock ? n_left : kListBlock};
+        const bool is_ordered = kLanes > 1 && block.n > static_cast<size_t>(kLanes);
+        if (is_ordered) {
+            order_along_curve(*work.order, block);
         }
-        flags |= answer_packet(map, work, answers);
+        for (size_t i = 0; i < block.n;) {
+            clear(*work.packet);
+            for (; i < block.n && work.packet->n < kLanes; ++i) {
+                const size_t place = is_ordered ? work.order->places[i] : i;
+                add(*work.packet, map, block.points[place], first + place);
+            }
+            flags |= answer_packet(map, work, answers);
+        }
     }
     return flags;
 }
@@ -163,7 +205,7 @@ unsigned answer_points(const gpom_map &map, const gpom_point_list &points, gpom_
 unsigned answer_raster(const gpom_map &map, const gpom_raster_t &raster, gpom_answer_t *answers,
                        void *scratch)
 {
-    Workspace work = carve_workspace(map.config.params, scratch);
+    Workspace work = carve_workspace(map, scratch);
     const AnswerPacket answer_packet = answer_packet_for(map.config.params.kernel);
     unsigned flags = 0;
     for (uint32_t iy = 0; iy < raster.ny; iy += kBlockY) {

@@ -17,7 +17,7 @@ struct gpom_point_list {
 /// Queries at one lane width. Arguments were checked; flags of the answers come back, or-ed.
 struct gpom_hot_path {
     uint32_t lanes;
-    size_t (*scratch_bytes)(const gpom_params_t &params);
+    size_t (*scratch_bytes)(const gpom_map &map);
     unsigned (*answer_points)(const gpom_map &map, const gpom_point_list &points,
                               gpom_answer_t *answers, void *scratch);
     unsigned (*answer_raster)(const gpom_map &map, const gpom_raster_t &raster,

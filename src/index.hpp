@@ -169,13 +169,14 @@ void walk(const Index &index, const Part &part, Subtree *stack, const Touches &t
     }
 }
 
-/// The k nearest parts of one kind among all beams. `stack` has kDepthMax entries.
+/// The k nearest parts of one kind among all beams. Returns false if walks.n_max walks down the
+/// tree did not suffice; recent beams are all looked at.
 template <class F, class Part>
-void search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const Part &part,
-            Subtree *stack)
+bool search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const Part &part,
+            Walks walks)
 {
     const KdTree &tree = tree_of(index, part);
-    search_tree(nearest, at, part, tree, stack);
+    const bool is_whole = search_tree(nearest, at, part, tree, walks);
     for_each_recent(
         index, part,
         [&](const Box &box) {
@@ -184,6 +185,7 @@ void search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const
         [&](uint32_t slot) {
             offer_beam(nearest, at, part, {index.beams, slot, {tree.id_end, index.next_id}});
         });
+    return is_whole;
 }
 
 } // namespace gpom

@@ -190,7 +190,9 @@ void evaluate(gpom_map &map, const Work &work, const gpom_scratch_t &scratch)
     const uint32_t stamp_ms = load(map.lowres.newest_ms);
     for (uint32_t i = 0; i < group.n; ++i) {
         Cell &cell = map.lowres.layers[group.is_focus >> i & 1].cells[group.slots[i]];
-        store(cell.value, lowres_value(map.lowres, work.points.answers[i]));
+        const gpom_answer_t &answer = work.points.answers[i];
+        map.stats.cells_cut += (answer.flags & GPOM_ANSWER_CUT) != 0 ? 1 : 0;
+        store(cell.value, lowres_value(map.lowres, answer));
         store(cell.stamp_ms, stamp_ms); // after the value: lowres.h, gpom_lowres_copy()
     }
 }

@@ -14,6 +14,7 @@ void gpom_config_init(gpom_config_t *config)
     config->struct_bytes = sizeof(gpom_config_t);
     config->beam_max = 1024;
     config->lowres_unknown = 0.95f;
+    config->walk_max = GPOM_WALK_MAX;
     gpom_params_init(&config->params);
 }
 
@@ -39,7 +40,7 @@ gpom_status_t check_config(const gpom_config_t *config)
     if (config == nullptr || config->struct_bytes != sizeof(gpom_config_t)) {
         return GPOM_ERR_ARG;
     }
-    if (!is_valid_capacity(*config)) {
+    if (!is_valid_capacity(*config) || config->walk_max < 1) {
         return GPOM_ERR_ARG;
     }
     const bool keep_ok =
@@ -115,6 +116,7 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     made.kernel = gpom::kernel_constants(config->params);
     made.prior_variance = gpom_params_prior_variance(&config->params);
     made.prior_probability = gpom_params_prior_probability(&config->params);
+    made.dense_max = GPOM_POINTS_MAX;
     carve_arrays(made, layout);
     made.index.hit_part = {config->params.depth_m};
     made.index.free_part = {config->params.gap_m};

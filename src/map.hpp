@@ -19,6 +19,7 @@ struct gpom_map {
     gpom::KernelConstants kernel;
     float prior_variance;    ///< k(x*, x*), at the origin in the map frame.
     float prior_probability; ///< p far from all beams.
+    uint32_t dense_max;      ///< Neighbourhoods of more points are solved sparse.
     gpom::Index index;
     gpom::Keeper keeper;
     gpom::Lowres lowres;

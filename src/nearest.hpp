@@ -225,19 +225,36 @@ inline void offer_leaf(NearestK<F> &nearest, const Offset<F> &at, const Part &pa
     }
 }
 
-/// Offer the beams of a tree: one walk for all lanes, the child nearer to the packet's first query
-/// first, skipping boxes that no lane needs. At most every node and leaf is visited once.
+/// The means of a search: where it puts parts of a tree that it has still to walk down, and how
+/// many such walks it may take.
+struct Walks {
+    Subtree *stack; ///< kDepthMax entries.
+    uint32_t n_max;
+
+    Walks(Subtree *stack_, uint32_t n_max_ = UINT32_MAX) : stack(stack_), n_max(n_max_) {}
+};
+
+/// Offer the beams of a tree: one search for all lanes, the child nearer to the packet's first
+/// query first, skipping boxes that no lane needs. At most every node and leaf is visited once, and
+/// in each walk at most one leaf and two nodes of each level.
 ///
-/// at     the queries, relative to the map's origin.
-/// stack  kDepthMax entries.
+/// at       the queries, relative to the map's origin.
+/// returns  false if walks.n_max walks did not suffice: nearer beams may have been missed.
+///
+/// Not inlined: twice in one function its inner loops run out of registers.
 template <class F, class Part>
-void search_tree(NearestK<F> &nearest, Offset<F> at, Part part, KdTree tree, Subtree *stack)
+[[gnu::noinline]] bool search_tree(NearestK<F> &nearest, Offset<F> at, Part part, KdTree tree,
+                                   Walks walks)
 {
+    Subtree *const stack = walks.stack;
     uint32_t depth = 0;
     if (tree.n_items > 0) {
         stack[depth++] = {0, 0, leaf_count(tree.n_items)};
     }
     while (depth > 0) {
+        if (walks.n_max-- == 0) {
+            return false;
+        }
         Prospect<F> here = prospect(tree, at, part, stack[--depth]);
         const F reach2 = box_reach2(nearest.worst());
         while (lane::any(here.d2 <= reach2) && here.subtree.n_leaves > 1) {
@@ -257,6 +274,7 @@ void search_tree(NearestK<F> &nearest, Offset<F> at, Part part, KdTree tree, Sub
             offer_leaf(nearest, at, part, tree, here.subtree);
         }
     }
+    return true;
 }
 
 } // namespace gpom

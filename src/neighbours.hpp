@@ -143,8 +143,11 @@ inline F find_neighbours(const gpom_map &map, Workspace &work)
     const gpom_params_t &params = map.config.params;
     work.hits.clear();
     work.free.clear();
-    search(work.hits, work.packet->at, map.index, map.index.hit_part, work.stack);
-    search(work.free, work.packet->at, map.index, map.index.free_part, work.stack);
+    const Walks walks = {work.stack, map.config.walk_max};
+    const Offset<F> at = work.packet->at;
+    const bool all_hits = search(work.hits, at, map.index, map.index.hit_part, walks);
+    const bool all_free = search(work.free, at, map.index, map.index.free_part, walks);
+    work.is_cut = !(all_hits && all_free);
     if (params.scan_points_max > 0) {
         cap_scans(map, work.hits, params.n_hits);
         cap_scans(map, work.free, params.n_free);

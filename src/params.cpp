@@ -2,6 +2,7 @@
 
 #include "src/classify.hpp"
 #include "src/context.hpp"
+#include "src/sparse_gp.hpp"
 
 void gpom_params_init(gpom_params_t *params)
 {
@@ -90,8 +91,15 @@ const char *problem_of_neighbours(const gpom_params_t &p)
     if (p.n_free < 1) {
         return "free: at least 1";
     }
-    if (p.n_hits + p.n_free > static_cast<int>(GPOM_POINTS_MAX)) {
-        return "hits, free: together at most 64";
+    const int n = p.n_hits + p.n_free;
+    if (n > static_cast<int>(GPOM_SPARSE_POINTS_MAX)) {
+        return "hits, free: together at most 64, with kernel askey 512";
+    }
+    if (n > static_cast<int>(GPOM_POINTS_MAX) && p.kernel != GPOM_KERNEL_ASKEY) {
+        return "hits, free: together at most 64; more needs kernel askey, of compact support";
+    }
+    if (n > static_cast<int>(GPOM_POINTS_MAX) && GPOM_SPARSE == 0) {
+        return "hits, free: together at most 64; more needs a library built with SPARSE=1";
     }
     return nullptr;
 }

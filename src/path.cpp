@@ -254,6 +254,7 @@ void regard(const PointGroup &group, size_t n, Walk &walk, gpom_path_result_t &r
         const gpom_answer_t &answer = group.answers[i];
         result.flags |= (answer.flags & GPOM_ANSWER_OUT_OF_REACH) != 0 ? GPOM_PATH_OUT_OF_REACH : 0;
         result.flags |= (answer.flags & GPOM_ANSWER_PIVOT) != 0 ? GPOM_PATH_PIVOT : 0;
+        result.flags |= (answer.flags & GPOM_ANSWER_CUT) != 0 ? GPOM_PATH_CUT : 0;
         ++result.n_samples;
         if (answer.probability > result.probability) {
             result.x_m = sample.place_m.x();
@@ -282,7 +283,10 @@ gpom_status_t status_of(const gpom_path_result_t &result)
     if ((result.flags & GPOM_PATH_PIVOT) != 0) {
         return GPOM_ERR_PIVOT;
     }
-    return (result.flags & GPOM_PATH_OUT_OF_REACH) != 0 ? GPOM_ERR_REACH : GPOM_OK;
+    if ((result.flags & GPOM_PATH_OUT_OF_REACH) != 0) {
+        return GPOM_ERR_REACH;
+    }
+    return (result.flags & GPOM_PATH_CUT) != 0 ? GPOM_ERR_CUT : GPOM_OK;
 }
 
 } // namespace

@@ -36,7 +36,7 @@ gpom_hot_path hot_path()
 
 gpom_status_t check_scratch(const gpom_map &map, const gpom_scratch_t &scratch)
 {
-    const size_t needed = hot_path().scratch_bytes(map.config.params);
+    const size_t needed = hot_path().scratch_bytes(map);
     return scratch.mem == nullptr || scratch.mem_bytes < needed ? GPOM_ERR_MEM : GPOM_OK;
 }
 
@@ -48,7 +48,10 @@ gpom_status_t status_of(unsigned flags)
     if ((flags & GPOM_ANSWER_PIVOT) != 0) {
         return GPOM_ERR_PIVOT;
     }
-    return (flags & GPOM_ANSWER_OUT_OF_REACH) != 0 ? GPOM_ERR_REACH : GPOM_OK;
+    if ((flags & GPOM_ANSWER_OUT_OF_REACH) != 0) {
+        return GPOM_ERR_REACH;
+    }
+    return (flags & GPOM_ANSWER_CUT) != 0 ? GPOM_ERR_CUT : GPOM_OK;
 }
 
 bool is_raster(const gpom_raster_t &raster)
@@ -64,7 +67,7 @@ uint32_t gpom_lanes(void) { return gpom::hot_path().lanes; }
 
 size_t gpom_scratch_bytes(const gpom_map_t *map)
 {
-    return gpom::is_map(map) ? gpom::hot_path().scratch_bytes(map->config.params) : 0;
+    return gpom::is_map(map) ? gpom::hot_path().scratch_bytes(*map) : 0;
 }
 
 gpom_status_t gpom_query_points(const gpom_map_t *map, const gpom_point_t *points, size_t n_points,

@@ -21,6 +21,8 @@ const char *gpom_status_str(gpom_status_t status)
         return "what was to be read kept changing meanwhile";
     case GPOM_ERR_IO:
         return "a callback could not write";
+    case GPOM_ERR_CUT:
+        return "a search took more than walk_max walks: there may be nearer beams";
     }
     return "unknown status";
 }

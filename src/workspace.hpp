@@ -6,6 +6,7 @@
 #include "src/local_gp.hpp"
 #include "src/map.hpp"
 #include "src/nearest.hpp"
+#include "src/sparse_gp.hpp"
 
 namespace gpom
 {
@@ -23,6 +24,17 @@ struct Packet {
     int n;                   ///< Queries in the packet.
 };
 
+/// Points of a list that are put in order at a time.
+constexpr size_t kListBlock = 256;
+
+/// Points of a list in the order of a Z curve (list_order.hpp).
+struct ListOrder {
+    uint16_t codes[kListBlock];  ///< Place of each point on the curve.
+    uint16_t places[kListBlock]; ///< Numbers of the points in the curve's order.
+    uint16_t spare[kListBlock];
+    uint16_t counts[kListBlock];
+};
+
 /// Points that a caller inside the library asks at a time, whatever the lane width.
 constexpr uint32_t kGroupSize = GPOM_LANES_MAX;
 
@@ -33,11 +45,23 @@ struct PointGroup {
 
 struct Workspace {
     Packet *packet;
+    Packet *cut; ///< A packet whose search was cut, while its queries are answered one by one.
+    bool is_cut; ///< The last search was cut.
+    ListOrder *order;
     Subtree *stack;
     NearestK<F> hits, free;
     Neighbourhood<F> points;
-    GpWork<F> gp;
+    GpWork<F> gp;              ///< Of a dense solve.
+    gpom_sparse_system sparse; ///< Of a sparse one: room for all points.
 };
+
+/// Does the map solve sparse, or dense?
+inline bool is_sparse(const gpom_map &map)
+{
+    const gpom_params_t &params = map.config.params;
+    return GPOM_SPARSE != 0 && params.kernel == GPOM_KERNEL_ASKEY &&
+           static_cast<uint32_t>(params.n_hits) + params.n_free > map.dense_max;
+}
 
 /// Neighbours of one kind to search for, of which n are chosen: more if scans are capped.
 constexpr size_t pool_size(size_t n, uint32_t scan_points_max)
@@ -45,48 +69,63 @@ constexpr size_t pool_size(size_t n, uint32_t scan_points_max)
     return scan_points_max > 0 ? n + n / 2 : n;
 }
 
-/// Byte offsets behind the group of points that the scratch begins with; lanes first, as they are
-/// the most strictly aligned.
-struct ScratchLayout {
-    size_t nearest, points, features, vectors, factor, packet, stack, total;
+/// How many neighbours a map's queries want, how many they search for, and how they solve.
+struct ScratchNeed {
+    size_t n, n_pool;
+    bool is_sparse;
 };
 
-constexpr ScratchLayout scratch_layout(size_t n, size_t n_pool)
+inline ScratchNeed scratch_need(const gpom_map &map)
 {
-    const size_t n_padded = kTile * tile_count(n);
-    const size_t nearest = 0;
-    const size_t points = nearest + n_pool * sizeof(Found<F>);
-    const size_t features = points + 3 * n_padded * sizeof(F);
-    const size_t vectors = features + n_padded * sizeof(Feature<F>); // u and v
-    const size_t factor = vectors + 2 * n_padded * sizeof(F);
-    const size_t packet = align8(factor + panel_at(tile_count(n)) * sizeof(F));
-    const size_t stack = packet + align8(sizeof(Packet));
-    const size_t total = stack + kDepthMax * sizeof(Subtree);
-    return {nearest, points, features, vectors, factor, packet, stack, total};
+    const gpom_params_t &params = map.config.params;
+    const size_t n = static_cast<size_t>(params.n_hits) + params.n_free;
+    return {n, pool_size(n, params.scan_points_max), is_sparse(map)};
+}
+
+/// Byte offsets behind the group of points that the scratch begins with; lanes first, as they are
+/// the most strictly aligned. What one way to solve needs is empty for the other.
+struct ScratchLayout {
+    size_t points, features, vectors, factor, packets, order, stack, sparse_points, sparse, total;
+};
+
+constexpr ScratchLayout scratch_layout(const ScratchNeed &need)
+{
+    const size_t n_padded = kTile * tile_count(need.n);
+    const size_t n_dense = need.is_sparse ? 0 : n_padded;
+    const size_t n_sparse = need.is_sparse ? need.n : 0;
+    ScratchLayout layout = {};
+    layout.points = need.n_pool * sizeof(Found<F>);
+    layout.features = layout.points + 3 * n_padded * sizeof(F);
+    layout.vectors = layout.features + n_dense * sizeof(Feature<F>); // u and v
+    layout.factor = layout.vectors + 2 * n_dense * sizeof(F);
+    layout.packets = align8(layout.factor + panel_at(tile_count(n_dense)) * sizeof(F));
+    layout.order = layout.packets + (kLanes > 1 ? 2 : 1) * align8(sizeof(Packet));
+    layout.stack = layout.order + (kLanes > 1 ? align8(sizeof(ListOrder)) : 0);
+    layout.sparse_points = align8(layout.stack + kDepthMax * sizeof(Subtree));
+    layout.sparse = layout.sparse_points + n_sparse * sizeof(gpom_sparse_point);
+    layout.total = layout.sparse + (need.is_sparse ? gpom_sparse_bytes(n_sparse) : 0);
+    return layout;
 }
 
 /// The strictest alignment of what lies in the scratch.
 constexpr size_t kScratchAlignment = sizeof(F) > 8 ? sizeof(F) : 8;
 
 /// With the group and what the starts of both may lose to alignment.
-constexpr size_t scratch_bytes(size_t n, size_t n_pool)
+constexpr size_t scratch_bytes(const ScratchNeed &need)
 {
-    return 7 + sizeof(PointGroup) + kScratchAlignment - 1 + scratch_layout(n, n_pool).total;
+    return 7 + sizeof(PointGroup) + kScratchAlignment - 1 + scratch_layout(need).total;
 }
 
-static_assert(scratch_bytes(2, 4) <= GPOM_SCRATCH_BYTES(2, kLanes), "public macro too small");
-static_assert(scratch_bytes(5, 10) <= GPOM_SCRATCH_BYTES(5, kLanes), "public macro too small");
-static_assert(scratch_bytes(16, 32) <= GPOM_SCRATCH_BYTES(16, kLanes), "public macro too small");
-static_assert(scratch_bytes(GPOM_POINTS_MAX, 2 * GPOM_POINTS_MAX) <=
-                  GPOM_SCRATCH_BYTES(GPOM_POINTS_MAX, kLanes),
+/// Room for n neighbours out of twice as many.
+constexpr bool is_enough_scratch(size_t n)
+{
+    return scratch_bytes({n, 2 * n, n > GPOM_POINTS_MAX}) <= GPOM_SCRATCH_BYTES(n, kLanes);
+}
+
+static_assert(is_enough_scratch(2) && is_enough_scratch(5) && is_enough_scratch(16) &&
+                  is_enough_scratch(GPOM_POINTS_MAX) && is_enough_scratch(GPOM_POINTS_MAX + 1) &&
+                  is_enough_scratch(GPOM_SPARSE_POINTS_MAX),
               "public macro too small");
-
-/// Layout of the scratch for a map's neighbours.
-inline ScratchLayout scratch_layout_of(const gpom_params_t &params)
-{
-    const size_t n = static_cast<size_t>(params.n_hits) + params.n_free;
-    return scratch_layout(n, pool_size(n, params.scan_points_max));
-}
 
 inline void *align_pointer(void *mem, size_t alignment)
 {
@@ -100,27 +139,31 @@ inline PointGroup *carve_group(void *scratch)
     return static_cast<PointGroup *>(align_pointer(scratch, 8));
 }
 
-inline Workspace carve_workspace(const gpom_params_t &params, void *scratch)
+inline Workspace carve_workspace(const gpom_map &map, void *scratch)
 {
-    const size_t n = static_cast<size_t>(params.n_hits) + params.n_free;
-    const size_t n_pool = pool_size(n, params.scan_points_max);
+    const gpom_params_t &params = map.config.params;
+    const ScratchNeed need = scratch_need(map);
     const size_t n_pool_hits = pool_size(params.n_hits, params.scan_points_max);
-    const ScratchLayout layout = scratch_layout_of(params);
+    const ScratchLayout layout = scratch_layout(need);
     void *const mem = align_pointer(carve_group(scratch) + 1, kScratchAlignment);
-    const size_t n_padded = kTile * tile_count(n);
+    const size_t n_padded = kTile * tile_count(need.n);
     F *const xyn = carve<F>(mem, layout.points);
     F *const uv = carve<F>(mem, layout.vectors);
     Workspace work = {};
-    work.packet = carve<Packet>(mem, layout.packet);
+    work.packet = carve<Packet>(mem, layout.packets);
+    work.cut = work.packet + 1;
+    work.order = carve<ListOrder>(mem, layout.order);
     work.stack = carve<Subtree>(mem, layout.stack);
-    Found<F> *const found = carve<Found<F>>(mem, layout.nearest);
+    Found<F> *const found = carve<Found<F>>(mem, 0);
     work.hits = {found, static_cast<uint32_t>(n_pool_hits), 0};
-    work.free = {found + n_pool_hits, static_cast<uint32_t>(n_pool - n_pool_hits), 0};
+    work.free = {found + n_pool_hits, static_cast<uint32_t>(need.n_pool - n_pool_hits), 0};
     work.points = {xyn, xyn + n_padded, xyn + 2 * n_padded, params.n_hits, params.n_free};
     work.gp.features = carve<Feature<F>>(mem, layout.features);
     work.gp.u = uv;
     work.gp.v = uv + n_padded;
     work.gp.factor = {carve<F>(mem, layout.factor), F{}};
+    work.sparse = {carve<gpom_sparse_point>(mem, layout.sparse_points), need.n,
+                   carve<void *>(mem, layout.sparse)};
     return work;
 }
 

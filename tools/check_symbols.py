@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Fail on symbols that a fixed-memory core, or an image built from it, must not have.
 
-usage: check_symbols.py [--objdump PROGRAM] [--soft-double] libgpom.a
+usage: check_symbols.py [--objdump PROGRAM] [--soft-double] [--sparse] libgpom.a
        check_symbols.py [--objdump PROGRAM] [--soft-double] --image IMAGE.elf
        check_symbols.py [--objdump PROGRAM] --exports libgpom.so
 
 Library: what its objects need from outside themselves must be in ALLOWED, and they may hold no
 static constructor and no writable data. Image: nothing in BANNED may have been linked. Shared
 library: exports functions gpom_*, at least one, and nothing else.
+--sparse also allows the functions of SuiteSparse that the sparse solve calls.
 --soft-double also allows double arithmetic in software (Cortex-M4F: the pose comes in double).
 """
 import argparse
@@ -24,6 +25,7 @@ ARM_INTEGER = {"__aeabi_" + name for name in
 ARM_DOUBLE = {"__aeabi_" + name for name in
               ("dadd dsub drsub dmul ddiv dcmpeq dcmplt dcmple dcmpge dcmpgt dcmpun cdcmple "
                "cdcmpeq cdrcmple d2f f2d d2iz d2uiz i2d ui2d").split()}
+SUITESPARSE = {"amd_2", "ldl_symbolic", "ldl_numeric", "ldl_lsolve"}  # none of them allocates
 ALLOWED = MEMORY | LIBM | COMPILER | ARM_INTEGER
 
 BANNED = {
@@ -111,6 +113,7 @@ def main():
     parser = argparse.ArgumentParser(usage=__doc__.split("usage: ")[1].split("\n\n")[0])
     parser.add_argument("--objdump", default="objdump")
     parser.add_argument("--soft-double", action="store_true")
+    parser.add_argument("--sparse", action="store_true")
     parser.add_argument("--image", action="store_true")
     parser.add_argument("--exports", action="store_true")
     parser.add_argument("path")
@@ -120,7 +123,8 @@ def main():
     elif args.exports:
         faults = list(export_faults(args.objdump, args.path))
     else:
-        allowed = ALLOWED | (ARM_DOUBLE if args.soft_double else set())
+        allowed = ALLOWED | (ARM_DOUBLE if args.soft_double else set()) | \
+            (SUITESPARSE if args.sparse else set())
         faults = list(library_faults(args.objdump, args.path, allowed))
     for fault in faults:
         print(f"check-symbols: {fault}", file=sys.stderr)

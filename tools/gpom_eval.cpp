@@ -374,9 +374,10 @@ CLI::App *declare_street(CLI::App &app, EvalOptions &options)
     mode->add_flag("--exact-gp", options.exact_gp, "scikit-learn's exact GP too, if installed");
     mode->add_option("--neighbours", options.neighbours,
                      "Compare the paper's model from these numbers of hits and as many free\n"
-                     "segments, as 8,16,32, with the dense one of all beams")
+                     "segments, as 8,16,32 (kernel askey: up to 256), with the dense one of all\n"
+                     "beams")
         ->delimiter(',')
-        ->check(CLI::Range(1u, GPOM_POINTS_MAX / 2));
+        ->check(CLI::Range(1u, GPOM_SPARSE_POINTS_MAX / 2));
     mode->add_option("--dense-points", options.n_dense_points,
                      "Test points near a beam for --neighbours")
         ->check(CLI::Range(std::size_t{2}, std::size_t{10'000'000}))

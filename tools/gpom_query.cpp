@@ -181,14 +181,23 @@ void report(const HostMap &map, const std::vector<gpom_answer_t> &answers)
                 static_cast<unsigned long long>(stats.beams_hit),
                 static_cast<unsigned long long>(stats.beams_no_return),
                 static_cast<unsigned long long>(n_ignored), answers.size());
-    const auto n_bad = std::count_if(answers.begin(), answers.end(), [](const gpom_answer_t &a) {
-        return (a.flags & GPOM_ANSWER_PIVOT) != 0;
-    });
+    const auto count_flag = [&answers](unsigned flag) {
+        return std::count_if(answers.begin(), answers.end(),
+                             [flag](const gpom_answer_t &a) { return (a.flags & flag) != 0; });
+    };
+    const auto n_bad = count_flag(GPOM_ANSWER_PIVOT);
     if (n_bad > 0) {
         std::fprintf(stderr,
                      "gpom-query: warning: %lld points had a matrix that is not positive "
                      "definite and got the prior; raise sn2\n",
                      static_cast<long long>(n_bad));
+    }
+    const auto n_cut = count_flag(GPOM_ANSWER_CUT);
+    if (n_cut > 0) {
+        std::fprintf(stderr,
+                     "gpom-query: warning: %lld points lie among so many beams that their search "
+                     "was cut; keep fewer of them (--live)\n",
+                     static_cast<long long>(n_cut));
     }
 }
 

@@ -24,10 +24,13 @@ PRESETS = ("indoor", "campus", "street")
 METRICS = (("auc", "AUC", 4), ("fp_at_tp95", "FP@95", 4), ("nll", "NLL", 4), ("ece", "ECE", 4))
 RIVALS = (("strong_grid", "strong grid"), ("octomap", "OctoMap"))
 NEIGHBOURS = "8,16,32"
+MANY_NEIGHBOURS = "8,16,32,64,128,256"
 # Someone has to judge: all beams are nine in ten, for learning too.
 TRAINING_SHARE_MAX = 0.9
 # The paper's model in the paper's frame, for the paper's claim about few neighbours.
 PAPER_PARAMS = "tools/params/street_paper.toml"
+# Of compact support, for more neighbours than 64.
+ASKEY_PARAMS = "tools/params/street_askey.toml"
 # Where the paper's learning stands beside ours, and the presets beside what the log has taught.
 LML_SHARE = 0.04
 
@@ -126,10 +129,13 @@ def street_jobs(n_streets, n_points):
             words += ("--also", ",".join(other_params(params)))
         yield Job("street", f"street {i}", i, words)
     if n_streets > 0:
-        yield Job("neighbours", "street 0", 0,
-                  ("street", "--scans", "$STREETS/0.csv", "--truth", "$STREETS/0.pgm",
-                   "--params", PAPER_PARAMS, "--points", str(n_points), "--rivals", "off",
-                   "--neighbours", NEIGHBOURS))
+        for table, params, counts in (
+                ("neighbours", PAPER_PARAMS, (NEIGHBOURS,)),
+                ("many neighbours", ASKEY_PARAMS, (MANY_NEIGHBOURS, "--dense-points", "500"))):
+            yield Job(table, "street 0", 0,
+                      ("street", "--scans", "$STREETS/0.csv", "--truth", "$STREETS/0.pgm",
+                       "--params", params, "--points", str(n_points), "--rivals", "off",
+                       "--neighbours", *counts))
 
 
 def all_jobs(arguments, logs):
@@ -334,6 +340,23 @@ def neighbour_table(report):
     return table_text(["hits + free segments", "AUC", "NLL", "largest difference of means"], rows)
 
 
+def solve_table(path):
+    """Times of the sparse solve over the dense one's, from a run of bench/speed.cpp."""
+    run = json.loads(path.read_text(encoding="utf-8"))
+    medians = {row["run_name"]: row for row in run["benchmarks"]
+               if row.get("aggregate_name") == "median"}
+    rows = []
+    for name, row in medians.items():
+        if name.startswith("solve-sparse/ell"):
+            ell, n = name.removeprefix("solve-sparse/ell").split("/n")
+            dense = medians[name.replace("sparse", "dense")]
+            rows.append([n, ell, f"{100 * row['nonzeros']:.1f}",
+                         f"{row['cpu_time'] / dense['cpu_time']:.1f}"])
+    return table_text(["neighbours", "ell [m]", "% of K not zero", "time, sparse / dense"],
+                      sorted(rows, key=lambda row: (int(row[0]), int(row[1])))), \
+        run["context"]["lanes"]
+
+
 # ---- the document -------------------------------------------------------------------------------
 
 HEAD = """# Results
@@ -378,7 +401,7 @@ def log_sections(figures, jobs, arguments, names):
         yield log_table(figures, table, names)
 
 
-def street_sections(figures, jobs, streets):
+def street_sections(figures, jobs, streets, solves):
     for part, title in (("near", "within 5 m of a beam"), ("all", "whole area")):
         yield f"## Streets, {title}\n"
         yield commands_text([job for job in jobs if job.table == "street"])
@@ -390,6 +413,18 @@ def street_sections(figures, jobs, streets):
            "segments,\nagainst the dense one of all beams with eq. 10 in double precision; "
            "labels are 1 and -1.\n")
     yield neighbour_table(figures.reports["neighbours", "street 0", 0])
+    yield "## Many neighbours\n"
+    yield commands_text([job for job in jobs if job.table == "many neighbours"])
+    yield ("A covariance of compact support; up to 32 + 32 points solved dense, from 64 + 64 on "
+           "sparse. 128 + 128 is\nthe row of 256 neighbours.\n")
+    yield neighbour_table(figures.reports["many neighbours", "street 0", 0])
+    if solves is not None:
+        table, lanes = solve_table(solves)
+        yield "```\nspeed --benchmark_filter=solve- --benchmark_repetitions=3\n```\n"
+        yield (f"Time of a query by the sparse solve over that by the dense one, forced, with "
+               f"{lanes} queries side by\nside, on 12,000 beams of sparse streets; the sparse "
+               "solve takes them one by one. Below 1 it wins.\n")
+        yield table
 
 
 def live_sections(figures, jobs, arguments, names):
@@ -423,7 +458,7 @@ def document(figures, jobs, arguments, logs):
     if names:
         parts += log_sections(figures, jobs, arguments, names)
     if streets:
-        parts += street_sections(figures, jobs, streets)
+        parts += street_sections(figures, jobs, streets, arguments.solves)
     parts += live_sections(figures, jobs, arguments, names)
     places = [("beams 0.04", log.name, pathlib.Path(params_of(log.preset)).stem, "all")
               for log in logs if 0.04 in arguments.fractions]
@@ -473,6 +508,8 @@ def parse_arguments():
                         metavar="N", help="test points of a street (default: 20000)")
     parser.add_argument("--drive", type=int, choices=range(0, 10_000_001), default=20000,
                         metavar="N", help="scans of the long drive (default: 20000)")
+    parser.add_argument("--solves", metavar="FILE", type=pathlib.Path,
+                        help="times of both solves by bench/speed.cpp, JSON (default: left out)")
     parser.add_argument("--jobs", type=int, choices=range(1, 65), default=2, metavar="N",
                         help="runs at once (default: 2)")
     return parser.parse_args()

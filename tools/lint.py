@@ -102,7 +102,7 @@ def allowed_include(path, name, is_quoted):
     if path.startswith("src/"):
         if is_quoted:
             return name.startswith(("gpom/", "src/"))
-        return name.startswith("Eigen/") or name in CORE_SYSTEM_HEADERS
+        return name.startswith(("Eigen/", "suitesparse/")) or name in CORE_SYSTEM_HEADERS
     if path.startswith("ports/"): # one way: never into src/
         return not name.startswith("src/")
     return True

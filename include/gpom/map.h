@@ -21,6 +21,10 @@ extern "C" {
 /** Most cells of the low-resolution map, coarse and focus layer together. */
 #define GPOM_CELL_MAX 268435456u
 
+/** Walks down a search tree that a query may take, unless configured otherwise. A map of B beams
+ *  never needs more than B / 8 + 1: this cuts no query of a map of less than 131,000 beams. */
+#define GPOM_WALK_MAX 16384u
+
 /** Bytes of memory for a map of `beam_max` beams and `cell_max` = lowres_nx lowres_ny +
  *  focus_cell_max low-resolution cells: a constant expression for a static array, never less than
  *  gpom_map_bytes(). 62 bytes a beam: 36 the beam, 8 in each of two trees and in the one being
@@ -47,6 +51,9 @@ typedef struct {
     double origin_x_m;    /**< Map frame's east of the origin [m]; beams are kept relative to it. */
     double origin_y_m;    /**< Map frame's north of the origin [m]. Defaults 0, 0. */
     gpom_params_t params; /**< Hyperparameters, copied. Default gpom_params_init(). */
+    uint32_t walk_max;    /**< Walks down each of the two search trees that one query may take, each
+                               to at most one leaf of 8 beams; a query that needs more is cut
+                               (GPOM_ANSWER_CUT). >= 1. Default GPOM_WALK_MAX. */
 
     /* The low-resolution map (lowres.h). Defaults 0: there is none. */
 
@@ -93,6 +100,7 @@ typedef struct {
     uint64_t hits_cleared;        /**< Removed: scans of several times saw through the hit. */
     uint64_t beams_forgotten; /**< Removed: gpom_map_forget(), or out of reach of a new origin. */
     uint64_t free_cleared;    /**< Removed: scans of several times saw a hit on the segment. */
+    uint64_t cells_cut;       /**< Low-resolution cells evaluated by a cut search (walk_max). */
 } gpom_stats_t;
 
 /** One kept beam, for inspection. */

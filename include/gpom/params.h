@@ -30,8 +30,11 @@ typedef enum {
     GPOM_FRAME_MAP = 1    /**< Coordinates relative to the map's origin: the paper's. */
 } gpom_frame_t;
 
-/** Most points (hits plus free) in one query's neighbourhood. */
+/** Most points (hits plus free) in one query's neighbourhood: solved dense. */
 #define GPOM_POINTS_MAX 64u
+/** Most with a covariance of compact support (GPOM_KERNEL_ASKEY): above GPOM_POINTS_MAX the solve
+ *  is sparse (SuiteSparse). A library built with SPARSE=0, as for firmware, refuses them. */
+#define GPOM_SPARSE_POINTS_MAX 512u
 
 /** Hyperparameters. Fill with gpom_params_init(), change, check with gpom_params_check(). */
 typedef struct {
@@ -51,7 +54,8 @@ typedef struct {
     float p_occupied; /**< Class occupied at or above this probability. */
     float p_free;     /**< Class free at or below this probability; < p_occupied. */
     uint16_t n_hits;  /**< Nearest hits per query; >= 1. Default 8. */
-    uint16_t n_free;  /**< Nearest free segments per query; >= 1, n_hits + n_free <= 64. */
+    uint16_t n_free;  /**< Nearest free segments per query; >= 1. n_hits + n_free <= 64, with
+                           GPOM_KERNEL_ASKEY and a sparse solve in the library <= 512. */
 
     /* Beyond the paper's model; 0, the default, leaves each out exactly. See DESIGN.md, 4. */
 

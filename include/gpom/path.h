@@ -29,6 +29,8 @@ typedef struct {
 #define GPOM_PATH_PIVOT 2u
 /** A sample reached stop_probability; those after it were not regarded. */
 #define GPOM_PATH_STOPPED 4u
+/** Some samples' searches were cut (GPOM_ANSWER_CUT). */
+#define GPOM_PATH_CUT 8u
 
 /** The likeliest obstacle of a path. */
 typedef struct {
@@ -57,7 +59,7 @@ typedef struct {
  *  scratch  As for a query.
  *  Errors   GPOM_ERR_ARG (null; a number not finite or out of range; more than
  *           GPOM_PATH_SAMPLES_MAX samples), GPOM_ERR_MEM (scratch): result
- *           is untouched. GPOM_ERR_REACH, GPOM_ERR_PIVOT: as the flags say; result is valid.
+ *           is untouched. GPOM_ERR_REACH, _PIVOT, _CUT: as the flags say; result is valid.
  *  Cost     One query a sample, GPOM_LANES_MAX at a time: fewer than that are asked in vain. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_path_query(const gpom_map_t *map,
                                                       const gpom_path_t *path,

@@ -4,10 +4,14 @@
  *  A point's answer depends on the map and the point alone: within one build and instruction set
  *  it is the same to the last bit in any list, raster, order or thread.
  *
- *  Cost of one point: at most 4 B / 8 box and B segment and B hit distances for B beams (in
- *  practice about 100 + 20 log2 B of each), then n^2 / 2 covariances and n^3 / 6 + n^2
- *  multiply-adds for n = n_hits + n_free, and n^2 comparisons with scan_points_max. No allocation,
- *  no recursion, no locks: safe in an interrupt if its time is. */
+ *  Cost of one point: for B beams in the trees at most W = min(B / 8 + 1, config.walk_max) walks
+ *  down each of them, in all at most B / 2 and 2 W log2 B boxes, and B and 8 W segments and hits
+ *  (in practice about 100 + 20 log2 B of each; queries whose packet was cut are searched once more,
+ *  each for itself), and every beam inserted since the trees were built; then n^2 / 2 covariances
+ *  and n^3 / 6 + n^2 multiply-adds for n = n_hits + n_free, and n^2 comparisons with
+ *  scan_points_max. More than GPOM_POINTS_MAX neighbours are solved sparse, in double and one query
+ *  at a time: as many multiply-adds as the factor has pairs of nonzeros in a column, at worst
+ *  n^3 / 6 again. No allocation, no recursion, no locks: safe in an interrupt if its time is. */
 #ifndef GPOM_QUERY_H
 #define GPOM_QUERY_H
 
@@ -26,6 +30,13 @@ typedef enum { GPOM_FREE = 0, GPOM_UNSURE = 1, GPOM_OCCUPIED = 2, GPOM_UNKNOWN =
 /** Answer to a point is the prior because its covariance matrix was not positive definite. */
 #define GPOM_ANSWER_PIVOT 2u
 
+/** The search for the point's neighbours was cut after config.walk_max walks down a tree: the
+ *  answer is that of the nearest beams found until then, and there may be nearer ones. An answer
+ *  without this flag is exact. A packet that is cut is searched again point by point, so that what
+ *  is asked together does not show; only where a packet needed less than a point of it would alone
+ *  is the answer exact here and cut there. */
+#define GPOM_ANSWER_CUT 4u
+
 /** What the map says of one point. Never a NaN. */
 typedef struct {
     float mean;        /**< Mean of the latent function, eq. 2: +1 occupied, -1 free, 0 unknown. */
@@ -33,8 +44,8 @@ typedef struct {
     float probability; /**< Probability of occupancy, eq. 7 with its square root. */
     uint8_t cls;       /**< gpom_class_t. */
     uint8_t flags;     /**< 0, or GPOM_ANSWER_… bits. */
-    uint8_t n_hits;    /**< Hits that took part. */
-    uint8_t n_free;    /**< Free segments that took part. */
+    uint8_t n_hits;    /**< Hits that took part; 255 stands for more, too. */
+    uint8_t n_free;    /**< Free segments that took part; likewise. */
 } gpom_answer_t;
 
 /** A point in the map frame [m]. */
@@ -67,10 +78,20 @@ typedef struct {
 /** Bytes of scratch for n_points = n_hits + n_free neighbours and a library of `lanes` lanes
  *  (gpom_lanes(); GPOM_LANES_MAX fits every build): a constant expression for a static array. */
 #define GPOM_SCRATCH_BYTES(n_points, lanes)                                                        \
-    ((size_t)1024 +                                                                                \
-     (size_t)4 * (size_t)(lanes) *                                                                 \
-         (GPOM_WHOLE_TILES(n_points) * (GPOM_WHOLE_TILES(n_points) + (size_t)34) / (size_t)2 +     \
-          (size_t)8))
+    ((size_t)1024 + ((lanes) > 1 ? (size_t)2560 : (size_t)0) +                                     \
+     ((n_points) <= GPOM_POINTS_MAX ? GPOM_DENSE_BYTES(n_points, lanes)                            \
+                                    : GPOM_SPARSE_BYTES(n_points, lanes)))
+
+/** Of this for the dense solve of at most GPOM_POINTS_MAX neighbours. */
+#define GPOM_DENSE_BYTES(n_points, lanes)                                                          \
+    ((size_t)4 * (size_t)(lanes) *                                                                 \
+     (GPOM_WHOLE_TILES(n_points) * (GPOM_WHOLE_TILES(n_points) + (size_t)34) / (size_t)2 +         \
+      (size_t)8))
+
+/** Of this for the sparse solve of more: 1.2 MiB for 256 neighbours, 4.9 MiB for 512. */
+#define GPOM_SPARSE_BYTES(n_points, lanes)                                                         \
+    ((size_t)4 * (size_t)(lanes) * ((size_t)9 * GPOM_WHOLE_TILES(n_points) + (size_t)8) +          \
+     (size_t)18 * (size_t)(n_points) * (size_t)(n_points) + (size_t)96 * (size_t)(n_points))
 
 /** The covariance matrix is factored in tiles of 4 x 4: n_points rounded up to a multiple. */
 #define GPOM_WHOLE_TILES(n_points) (((size_t)(n_points) + (size_t)3) / (size_t)4 * (size_t)4)
@@ -87,7 +108,8 @@ GPOM_API size_t gpom_scratch_bytes(const gpom_map_t *map);
  *  answers  n_points answers, in the points' order; all written unless GPOM_ERR_ARG or _MEM.
  *  Errors   GPOM_ERR_ARG (null), GPOM_ERR_MEM (scratch),
  *           GPOM_ERR_REACH (some points not finite or out of reach: they got the prior and a flag),
- *           GPOM_ERR_PIVOT (some matrices not positive definite: likewise). */
+ *           GPOM_ERR_PIVOT (some matrices not positive definite: likewise),
+ *           GPOM_ERR_CUT (some searches were cut: their answers have a flag). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_query_points(const gpom_map_t *map,
                                                         const gpom_point_t *points, size_t n_points,
                                                         gpom_answer_t *answers,

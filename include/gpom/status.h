@@ -34,7 +34,8 @@ typedef enum {
     GPOM_ERR_PIVOT = -6,  /**< A covariance matrix was not positive definite; see gpom_answer_t. */
     GPOM_ERR_FORMAT = -7, /**< A stored record is damaged, or of a version not known. */
     GPOM_ERR_BUSY = -8,   /**< What was to be read kept changing meanwhile; call again. */
-    GPOM_ERR_IO = -9      /**< A callback of the caller's could not write. */
+    GPOM_ERR_IO = -9,     /**< A callback of the caller's could not write. */
+    GPOM_ERR_CUT = -10    /**< A search was cut; see gpom_answer_t and config.walk_max. */
 } gpom_status_t;
 
 /** One line of English for a status; never NULL, static storage. */

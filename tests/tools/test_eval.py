@@ -311,6 +311,19 @@ def test_more_neighbours_come_closer_to_all_beams(run, street, tmp_path):
     assert "32 + 32" in stdout and "all beams" in stdout
 
 
+def test_many_neighbours_need_compact_support(run, street, tmp_path):
+    json_path = tmp_path / "eval.json"
+    words = street_words(street, "--rivals", "off", "--points", 100, "--neighbours", "64",
+                         "--dense-points", 50, params=PARAMS / "street_plain.toml")
+    refused(run("gpom-eval", *words, "--json", json_path), "gpom-eval", "kernel askey")
+    assert not json_path.exists()
+    report, _ = json_of(run, tmp_path, *street_words(
+        street, "--rivals", "off", "--points", 400, "--neighbours", "32,64,128",
+        "--dense-points", 60, params=PARAMS / "street_askey.toml"))
+    errors = [row["mean_error_max"] for row in report["neighbours"]]
+    assert errors[3] == 0 < errors[2] < errors[0]
+
+
 # ---- gpom-results -------------------------------------------------------------------------------
 
 def results(run, tool, data, out, *more):
@@ -331,10 +344,11 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
     assert texts[1] == text and str(tmp_path) not in text
     assert "Logs left out, not in the data folder: intel, csail, campus-west, acapulco." in text
     for words in ("held-out beams, 4 %", "held-out runs", "Streets, within 5 m", "| 32 + 32 |",
+                  "| 256 + 256 |",
                   "gpom-eval log --scans $DATA/seattle.log.gz", "`$SEED` = 0, 1",
                   "| seattle | strong grid |", "| **mean** | OctoMap |"):
         assert words in text
-    assert text.count("```\ngpom-") == 6
+    assert text.count("```\ngpom-") == 7
     assert "| seattle | kept |" in text and "| seattle | as many at random |" in text
     assert "--method lml --out $STREETS/seattle-0.04-seed-$SEED/lml.toml" in text
     assert "| seattle | GP, lml |" in text and "| best |" in text

@@ -32,7 +32,7 @@ def programs(tmp_path_factory):
         checked("make", "CROSS=", "CONFIG=debug", f"BUILD=build/host-lanes{lanes}",
                 f"LANES={lanes}", library)
         made[lanes] = folder / f"kept_beams_{lanes}"
-        checked("cc", folder / "kept_beams.o", library, "-lm", "-o", made[lanes])
+        checked("cc", folder / "kept_beams.o", library, "-lldl", "-lamd", "-lm", "-o", made[lanes])
     return made
 
 

@@ -162,7 +162,8 @@ def test_the_header_gives_firmware_the_same_numbers(tool, csail, compiler):
     source = folder / ("main.c" if compiler[0] == "cc" else "main.cpp")
     source.write_text(HEADER_PROGRAM, encoding="utf-8")
     subprocess.run([*compiler, "-Wall", "-Wextra", "-Werror", "-pedantic-errors", "-I", folder,
-                    "-I", INCLUDE, source, root / "libgpom.a", "-lm", "-o", folder / "main"],
+                    "-I", INCLUDE, source, root / "libgpom.a",
+                    "-lldl", "-lamd", "-lm", "-o", folder / "main"],
                    check=True)
     printed = subprocess.run([folder / "main"], capture_output=True, text=True, check=True).stdout
     table = table_of(folder / "p.toml")

@@ -305,7 +305,8 @@ TEST_CASE("version and status texts")
     std::vector<std::string> texts;
     for (const gpom_status_t status :
          {GPOM_OK, GPOM_ERR_ARG, GPOM_ERR_MEM, GPOM_ERR_PARAMS, GPOM_ERR_REACH, GPOM_ERR_PIVOT,
-          GPOM_ERR_FORMAT, GPOM_ERR_BUSY, GPOM_ERR_IO, static_cast<gpom_status_t>(1)}) {
+          GPOM_ERR_FORMAT, GPOM_ERR_BUSY, GPOM_ERR_IO, GPOM_ERR_CUT,
+          static_cast<gpom_status_t>(1)}) {
         texts.emplace_back(gpom_status_str(status));
         CHECK_FALSE(texts.back().empty());
     }

@@ -170,6 +170,39 @@ TEST_CASE("answers do not depend on the list they are asked in")
     });
 }
 
+// Long lists are answered in another order than they are asked, block by block: wherever a point
+// stands, among points that are far away, not finite or equal, it gets its own answer.
+TEST_CASE("long lists give each point its own answer")
+{
+    GPOM_TELL_SEED();
+    TestMap map(config_of(params_of(GPOM_KERNEL_MATERN12)));
+    fill(map, Built::half);
+    std::vector<gpom_point_t> points = yard_points(map, 700);
+    Random random(116);
+    for (int i = 0; i < 20; ++i) {
+        const double bads[] = {static_cast<double>(kNan), static_cast<double>(kInf), -1e300, 7e3};
+        points[random.below(700)].x_m = bads[i % 4];
+        points[random.below(700)].y_m = bads[(i / 4) % 4];
+        points[random.below(700)] = points[random.below(700)];
+    }
+    std::vector<gpom_answer_t> alone;
+    for (const gpom_point_t &point : points) {
+        alone.push_back(query_points(map.get(), {point}).all[0]);
+    }
+    for (const std::size_t n : {std::size_t{17}, std::size_t{255}, std::size_t{256},
+                                std::size_t{257}, std::size_t{513}, points.size()}) {
+        const auto end = static_cast<std::ptrdiff_t>(n);
+        CHECK(same_bits(query_points(map.get(), {points.begin(), points.begin() + end}).all,
+                        {alone.begin(), alone.begin() + end}));
+    }
+    for (std::size_t i = points.size() - 1; i > 0; --i) {
+        const std::size_t j = random.below(static_cast<std::uint32_t>(i + 1));
+        std::swap(points[i], points[j]);
+        std::swap(alone[i], alone[j]);
+    }
+    CHECK(same_bits(query_points(map.get(), points).all, alone));
+}
+
 // A raster of any size gives the bits of the list of its centres.
 TEST_CASE("a raster answers like the list of its centres")
 {

@@ -18,10 +18,10 @@ void require(gpom_status_t status, const std::string &what)
     }
 }
 
-/// Bad pivots are flagged in the answers, and are no failure of the whole query.
+/// Bad pivots and cut searches are flagged in the answers, and are no failure of the whole query.
 void require_answers(gpom_status_t status)
 {
-    if (status != GPOM_ERR_PIVOT) {
+    if (status != GPOM_ERR_PIVOT && status != GPOM_ERR_CUT) {
         require(status, "query");
     }
 }
@@ -54,6 +54,10 @@ HostMap::HostMap(const gpom_config_t &config) : map_bytes_(gpom_map_bytes(&confi
         throw std::runtime_error("a map of " + std::to_string(config.beam_max) +
                                  " beams is out of range; from 1 to " +
                                  std::to_string(GPOM_BEAM_MAX));
+    }
+    const char *problem = nullptr;
+    if (gpom_params_check(&config.params, &problem) == GPOM_ERR_PARAMS) {
+        throw std::runtime_error(problem);
     }
     memory_ = std::make_unique<std::uint64_t[]>((map_bytes_ + 7) / 8);
     require(gpom_map_init(&map_, &config, memory_.get(), map_bytes_), "map");

@@ -46,8 +46,8 @@ public:
     /// One slice of the work that scans leave behind. Returns the operations done.
     std::uint64_t step(std::uint64_t budget);
 
-    /// A point whose matrix was not positive definite has the prior and its flag, as in the
-    /// library; a point out of reach throws.
+    /// A point whose matrix was not positive definite has the prior and its flag, one whose search
+    /// was cut has its flag, as in the library; a point out of reach throws.
     std::vector<gpom_answer_t> query(const std::vector<gpom_point_t> &points) const;
     std::vector<gpom_answer_t> query(const gpom_raster_t &raster) const;
 

@@ -29,7 +29,8 @@ inline nlohmann::ordered_json counts_json(const gpom_stats_t &stats)
             {"beams_not_confirmed", stats.beams_not_confirmed},
             {"hits_cleared", stats.hits_cleared},
             {"beams_forgotten", stats.beams_forgotten},
-            {"free_cleared", stats.free_cleared}};
+            {"free_cleared", stats.free_cleared},
+            {"cells_cut", stats.cells_cut}};
 }
 
 } // namespace gpom_tools

@@ -29,9 +29,9 @@ float number(const TomlTable &table, const std::string &key)
     return static_cast<float>(table.number(key));
 }
 
-std::uint16_t count(const TomlTable &table, const std::string &key)
+std::uint16_t count(const TomlTable &table, const std::string &key, unsigned most)
 {
-    return static_cast<std::uint16_t>(table.whole(key, 0, GPOM_POINTS_MAX));
+    return static_cast<std::uint16_t>(table.whole(key, 0, most));
 }
 
 gpom_kernel_t kernel_of(const TomlTable &table)
@@ -103,7 +103,7 @@ void read_context(const TomlTable &table, gpom_params_t &params)
         }
     }
     if (table.has("scan_points_max")) {
-        params.scan_points_max = count(table, "scan_points_max");
+        params.scan_points_max = count(table, "scan_points_max", GPOM_POINTS_MAX);
     }
 }
 
@@ -125,8 +125,8 @@ gpom_params_t params_from(const TomlTable &table)
     params.sn2_free = table.has("sn2_free") ? number(table, "sn2_free") : params.sn2;
     params.alpha = number(table, "alpha");
     params.beta = number(table, "beta");
-    params.n_hits = count(table, "hits");
-    params.n_free = count(table, "free");
+    params.n_hits = count(table, "hits", GPOM_SPARSE_POINTS_MAX);
+    params.n_free = count(table, "free", GPOM_SPARSE_POINTS_MAX);
     params.gap_m = number(table, "gap_m");
     params.p_occupied = number(table, "p_occupied");
     params.p_free = number(table, "p_free");

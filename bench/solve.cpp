@@ -1,0 +1,56 @@
+#include "bench/solve.hpp"
+
+#include "src/local_gp.hpp"
+
+namespace gpom
+{
+namespace
+{
+
+constexpr int kLanes = GPOM_LANES;
+using F = lane::Lane<kLanes>::F;
+constexpr std::size_t kPointsMax = GPOM_POINTS_MAX;
+
+/// What a packet's solve works with.
+struct Memory {
+    F x_m[kPointsMax], y_m[kPointsMax], noise[kPointsMax], u[kPointsMax], v[kPointsMax];
+    Feature<F> features[kPointsMax];
+    F factor[panel_at(tile_count(kPointsMax))];
+};
+
+/// Points on a spiral about the query, each lane's a little turned.
+Neighbourhood<F> spiral(Memory &memory, const gpom_params_t &params)
+{
+    for (std::size_t j = 0; j < kPointsMax; ++j) {
+        for (int i = 0; i < kLanes; ++i) {
+            const float turn = 2.4f * static_cast<float>(j) + 0.1f * static_cast<float>(i);
+            const float r_m = 0.3f + 0.1f * static_cast<float>(j);
+            lane::set(memory.x_m[j], i, r_m * __builtin_cosf(turn));
+            lane::set(memory.y_m[j], i, r_m * __builtin_sinf(turn));
+        }
+        memory.noise[j] = lane::splat<F>(params.sn2);
+    }
+    return {memory.x_m, memory.y_m, memory.noise, params.n_hits, params.n_free};
+}
+
+float solve(const gpom_params_t &params, std::size_t rounds)
+{
+    static Memory memory;
+    const KernelConstants kernel = kernel_constants(params);
+    const Neighbourhood<F> points = spiral(memory, params);
+    GpWork<F> work = {memory.features, memory.u, memory.v, {memory.factor, F{}}};
+    const F zero = lane::splat<F>(0.0f);
+    F sum = zero;
+    for (std::size_t round = 0; round < rounds; ++round) {
+        const Moments<F> moments = predict<GPOM_KERNEL_MATERN12>(kernel, points, work, zero, zero);
+        sum = sum + moments.mean + moments.variance;
+        memory.x_m[0] = memory.x_m[0] + 1e-6f * moments.mean; // no round equals the last
+    }
+    return lane::get(sum, 0);
+}
+
+} // namespace
+
+gpom_bench_solve bench_solve_here() { return {kLanes, solve}; }
+
+} // namespace gpom
