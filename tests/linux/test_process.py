@@ -1,9 +1,13 @@
 """gpomd as a process: starts, stops, kills, configuration, memory; and what looks at it."""
+import contextlib
+import ctypes
 import math
 import os
+import pathlib
 import random
 import re
 import resource
+import select
 import signal
 import socket
 import subprocess
@@ -11,7 +15,7 @@ import sys
 import time
 
 import pytest
-from conftest import (BUILD, ROOT, T0_US, URL, config_text, encoded, library_cells, own_network,
+from conftest import (BUILD, PATIENCE_S, ROOT, T0_US, URL, config_text, encoded, library_cells, own_network,
                       replay, run, scan, tool, wait_for_map, wait_for_status, wait_until)
 from gpom_watch import Watch
 
@@ -55,6 +59,53 @@ def test_systemd_hears_that_it_is_ready_alive_and_stopping(start, tmp_path):
         assert daemon.stop() == 0
         while heard[-1] != b"STOPPING=1":
             heard.append(listener.recv(100))
+
+
+PTRACE_DETACH, PTRACE_SEIZE, PTRACE_INTERRUPT, WAIT_FOR_THREADS = 17, 0x4206, 0x4207, 0x40000000
+
+
+@contextlib.contextmanager
+def stalled(process, name):
+    """Hold one thread of a child process, by its name, as a debugger does."""
+    ptrace = ctypes.CDLL(None, use_errno=True).ptrace
+    ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+    tasks = pathlib.Path(f"/proc/{process.pid}/task")
+    thread, = [int(task.name) for task in tasks.iterdir()
+               if (task / "comm").read_text().strip() == name]
+    if ptrace(PTRACE_SEIZE, thread, None, None) != 0:
+        pytest.skip(f"no ptrace here: {os.strerror(ctypes.get_errno())}")
+    assert ptrace(PTRACE_INTERRUPT, thread, None, None) == 0
+    os.waitpid(thread, WAIT_FOR_THREADS)
+    try:
+        yield
+    finally:
+        assert ptrace(PTRACE_DETACH, thread, None, None) == 0
+
+
+def heard_in(listener, seconds):
+    """How many messages come in so long."""
+    end, n = time.monotonic() + seconds, 0
+    while (left := end - time.monotonic()) > 0:
+        n += len(select.select([listener], [], [], left)[0]) and len(listener.recv(100)) > 0
+    return n
+
+
+@pytest.mark.parametrize("thread", ["mapping", "receiver", "publisher"])
+def test_the_watchdog_is_not_fed_while_a_thread_is_stalled(thread, start, tmp_path):
+    """The others go on meanwhile, and so must a daemon whose thread goes on."""
+    path = str(tmp_path / "notify")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(path)
+        listener.settimeout(PATIENCE_S)
+        daemon = start(environment={"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "300000"})
+        assert [listener.recv(100) for _ in range(2)] == [b"READY=1", b"WATCHDOG=1"]
+        with stalled(daemon.process, thread):
+            assert heard_in(listener, 1.0) <= 1  # one from before it was stalled
+            watch = Watch(URL)
+            wait_until(watch, lambda: watch.status is not None)  # the process itself lives
+        for _ in range(3):
+            assert listener.recv(100) == b"WATCHDOG=1"
+        assert daemon.stop() == 0
 
 
 def test_the_unit_file_is_valid(tmp_path):
@@ -219,6 +270,17 @@ def test_a_snapshot_folder_that_is_not_there_is_named(tmp_path):
     path.write_text(config_text(rest='[snapshot]\npath = "none/map"'))
     done = run("gpomd", "--config", path)
     assert done.returncode == 2 and f"{tmp_path}/none/map.0: cannot open" in done.stderr
+
+
+def test_two_daemons_do_not_write_the_same_snapshots(start, tmp_path):
+    """The second one says so and leaves; after the first one's end, killed or not, it may."""
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 1000'
+    for how, code in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGTERM, 0)):
+        daemon = start(rest=snapshot)
+        second = run("gpomd", "--config", daemon.config)
+        assert second.returncode == 2 and second.stderr.count("\n") == 1
+        assert f"{tmp_path}/map.0: another process writes its snapshots here" in second.stderr
+        assert daemon.stop(how) == code
 
 
 # ---- gpom-watch ---------------------------------------------------------------------------------
