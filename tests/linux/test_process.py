@@ -11,12 +11,12 @@ import select
 import signal
 import socket
 import subprocess
-import sys
 import time
 
 import pytest
-from conftest import (BUILD, PATIENCE_S, ROOT, T0_US, URL, config_text, encoded, library_cells, own_network,
-                      replay, run, scan, tool, wait_for_map, wait_for_status, wait_until)
+from conftest import (PATIENCE_S, ROOT, T0_US, URL, config_text, encoded, library_cells,
+                      own_network, replay, run, scan, tool, wait_for_map, wait_for_status,
+                      wait_until)
 from gpom_watch import Watch
 
 # ---- the process --------------------------------------------------------------------------------
@@ -301,38 +301,3 @@ def test_gpom_watch_draws_the_map_and_prints_it(start, street, tmp_path):
 def test_gpom_watch_says_when_nothing_comes():
     done = run("gpom-watch", "--status", "--seconds", "0.5")
     assert done.returncode == 2 and "gpomd is not running" in done.stderr
-
-
-# ---- examples for subscribers -------------------------------------------------------------------
-
-def c_example(tmp_path):
-    program = tmp_path / "subscribe_map"
-    subprocess.run(["cc", "-std=c99", "-Wall", "-Werror", "-I.", "-Iinclude",
-                    "tools/examples/subscribe_map.c", tool("libgpom_codec.a"), "-llcm", "-lm",
-                    "-o", program], check=True, cwd=ROOT, timeout=60)
-    return [program]
-
-
-def python_example(_):
-    return [sys.executable, ROOT / "tools" / "examples" / "subscribe_map.py"]
-
-
-@pytest.mark.parametrize("example", [c_example, python_example])
-def test_the_examples_show_the_map_and_say_when_it_is_stale(example, start, peer, tmp_path):
-    command, output = example(tmp_path), tmp_path / "output"
-    start(publish="keyframe_s = 0.2")
-    watch = Watch(URL)
-    with output.open("w") as file:
-        shown = subprocess.Popen([*command, URL], stdout=file,
-                                 env={**os.environ, "PYTHONPATH": str(BUILD / "lcm" / "python")})
-    try:
-        now_us = int(time.time() * 1e6)
-        watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0, utime=now_us)))
-        wait_until(watch, lambda: "age 0" in output.read_text()
-                   and output.read_text().splitlines()[-1].startswith("stale"))
-        occupied = int((watch.map.classes() == 2).sum())
-        wait_until(watch, lambda: f"{occupied} occupied" in output.read_text())
-        assert occupied > 0
-    finally:
-        shown.kill()
-        shown.wait(10)
