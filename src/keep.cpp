@@ -235,7 +235,9 @@ void settle(gpom_map &map)
     group.known = 0;
     group.against = 0;
     group.clearing = 0;
+    const uint32_t first_free = map.index.first_free;
     judge(map);
+    sort_freed(map.index, first_free);
     for (uint32_t i = 0; i < group.n; ++i) {
         decide(map, i);
     }
