@@ -145,7 +145,7 @@ bench-insert: tools ## Time inserting scans into a map of 20,000 beams
 
 gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build the LCM daemon and its tools
 
-demo-lcm: gpomd $(BUILD)/gpom-sim ## Replay a street or LOG over LCM into gpomd: build/demo-lcm
+demo-lcm: gpomd $(BUILD)/gpom-sim $(BUILD)/gpom-query ## Replay a street or LOG into gpomd, compare
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
 
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
@@ -228,7 +228,8 @@ endian: $(BUILD)/snapshot_bytes
 	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; \
 	else echo "no big-endian toolchain: its test will be skipped"; fi
 
-linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/library-map $(BUILD)/linux_tests $(BUILD)/lcm/stamp
+linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/gpom-query $(BUILD)/library-map \
+    $(BUILD)/linux_tests $(BUILD)/lcm/stamp
 
 codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 

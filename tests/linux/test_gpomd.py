@@ -1,15 +1,16 @@
 """gpomd over real LCM: what goes in must come out, whatever is lost must be counted."""
 import math
 import random
-import struct
 import subprocess
 import time
 
 import numpy as np
 import pytest
-from conftest import (N_BEAMS, ROOT, T0_US, URL, encoded, library_cells, replay, scan,
+from conftest import (N_BEAMS, ROOT, T0_US, URL, encoded, library_cells, replay, run, scan, tool,
                       wait_for_map, wait_for_status, wait_until)
 from gpom_watch import Watch
+
+PARAMS = ROOT / "tools" / "params" / "street.toml"
 
 # ---- the way through ----------------------------------------------------------------------------
 
@@ -24,42 +25,60 @@ def test_the_published_map_is_the_library_s_to_the_last_code(start, street, tmp_
     assert daemon.stop() == 0 and "stopped after 40 scans" in daemon.lines[-1]
 
 
+def snapshots_of(daemon, folder, name):
+    """Stop a daemon; the bytes of what it wrote at its end."""
+    assert daemon.stop() == 0
+    return [(folder / f"{name}.{slot}").read_bytes() for slot in (0, 1)]
+
+
+def players(log):
+    yield [tool("gpom-replay"), log, "--channel", "GPOM_SCAN", "--rate", "4"]
+    yield ["lcm-logplayer", "--speed=4", "--regexp=GPOM_SCAN", log]
+
+
 def test_a_recorded_log_rebuilds_the_map_bit_for_bit(start, street, tmp_path):
-    log = tmp_path / "bus.log"
-    daemon, watch = start(), Watch(URL)
-    logger = subprocess.Popen(["/usr/bin/lcm-logger", "--quiet", "--force", "--flush-interval=50",
-                               f"--lcm-url={URL}", str(log)], stdout=subprocess.DEVNULL)
+    """Recorded by lcm-logger, played by gpom-replay and by lcm-logplayer; also when the map was
+    full and beams made room for others."""
+    def begin(name):
+        return start(rest=f'[snapshot]\npath = "{name}"\nperiod_s = 1e6', map="beam_max = 800")
+    log, watch = tmp_path / "bus.log", Watch(URL)
+    daemon = begin("live")
+    logger = subprocess.Popen(["lcm-logger", "--quiet", "--force", "--flush-interval=50",
+                               f"--lcm-url={URL}&recv_buf_size=2097152", log],
+                              stdout=subprocess.DEVNULL)
     time.sleep(0.5)
     replay(street)
     cells, _ = library_cells(daemon, street, tmp_path)
     wait_for_map(watch, cells)
+    assert wait_for_status(watch, scans_inserted=40)["counts"]["beams_full"] > 0
     logger.terminate()
     logger.wait(10)
-    daemon.stop()
-    again, watch = start(), Watch(URL)
-    replay(log, "--channel", "GPOM_SCAN")
-    wait_for_map(watch, cells)
-    assert again.stop() == 0
+    first = snapshots_of(daemon, tmp_path, "live")
+    assert max(map(len, first)) > 36 * 800
+    for i, player in enumerate(players(log)):
+        again, watch = begin(f"again{i}"), Watch(URL)
+        subprocess.run(player, check=True, stdout=subprocess.DEVNULL, timeout=60)
+        wait_for_status(watch, scans_inserted=40)
+        assert snapshots_of(again, tmp_path, f"again{i}") == first
 
 
-@pytest.mark.parametrize("name", ["map_t", "status_t"])
-def test_subscribers_made_by_lcm_gen_read_what_gpom_watch_reads(name, start, peer):
+def test_the_map_is_what_gpom_query_makes_of_the_same_scans(start, street, tmp_path):
+    """gpom-watch tells so, cell by cell; and tells when it is not so."""
     start()
-    watch, messages = Watch(URL), []
-    channel = {"map_t": "GPOM_MAP", "status_t": "GPOM_STATUS"}[name]
-    watch.bus.subscribe(channel, lambda _, data: messages.append(data))
-    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
-    wait_until(watch, lambda: messages and watch.map.is_whole and watch.status)
-    time.sleep(0.1)
-    message = peer.type(f"gpom.{name}").decode(messages[-1])
-    assert message.crc32 == struct.unpack(">i", messages[-1][-4:])[0]
-    if name == "map_t":
-        assert (message.map_nx, message.map_ny) == (watch.map.tile.map_nx, watch.map.tile.map_ny)
-        assert message.utime == T0_US and list(message.pose) == [20.0, 80.0, 0.3]
-        assert len(message.probability) == message.nx * message.ny == message.n_cells
-    else:
-        assert message.version == 100 and message.beam_max == 8000
-        assert message.map_bytes > 61 * 8000
+    replay(street)
+    answers = tmp_path / "answers.csv"
+
+    def ask(*options):
+        done = run("gpom-query", "--live", "--scans", street, "--params", PARAMS, "--beam-max",
+                   8000, "--out", answers, *options)
+        assert done.returncode == 0, done.stderr
+        return run("gpom-watch", "--settled", "--compare", answers)
+    same = ask("--raster", "0,50,1,70,60")
+    assert same.returncode == 0 and same.stdout.startswith("4200 of 4200 cells"), same
+    other = ask("--raster", "0,50,1,70,60", "--keep", "0.5")
+    assert other.returncode == 1 and "differ" in other.stdout, other
+    moved = ask("--raster", "0.5,50,1,70,60")
+    assert moved.returncode == 2 and "ask gpom-query for --raster 0,50,1,70,60" in moved.stderr
 
 
 def test_tiles_carry_corner_keyframe_and_order(start, peer):
@@ -286,7 +305,7 @@ def test_garbage_on_every_channel_changes_no_cell(start, street, peer, tmp_path)
 def test_other_families_scans_give_the_same_map(family, start, street, tmp_path):
     """Their angles are float32, their poses quaternions or float32: what is near an edge may tip.
     The cap on points of one scan (scan_points_max) holds for beams with times of their own, too."""
-    assert "scan_points_max = 3" in (ROOT / "tools" / "params" / "street.toml").read_text()
+    assert "scan_points_max = 3" in PARAMS.read_text()
     daemon = start(**FOREIGN[family])
     watch = Watch(URL)
     replay(street, "--family", family)
