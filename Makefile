@@ -14,6 +14,8 @@ SEED   ?=
 LOG    ?=
 DATA   ?= ../shared/data
 LCM_GEN ?= lcm-gen
+SOAK_S ?= 600
+KILLS  ?= 200
 FUZZ_RUNS    ?=
 FUZZ_SECONDS ?=
 V      ?=
@@ -129,7 +131,7 @@ help: ## List the targets
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
 	    awk -F '|' '{ printf "  %-15s %s\n", $$1, $$2 }'
 	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA LOG DATA SKIP_BASE FUZZ_RUNS" \
-	    "FUZZ_SECONDS"
+	    "FUZZ_SECONDS SOAK_S KILLS"
 
 lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the library
 
@@ -147,6 +149,10 @@ gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build the LCM 
 
 demo-lcm: gpomd $(BUILD)/gpom-sim $(BUILD)/gpom-query ## Replay a street or LOG into gpomd, compare
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
+
+soak: gpomd $(BUILD)/gpom-sim ## Load gpomd for SOAK_S seconds, kill it KILLS times
+	$(Q)GPOM_BUILD=$(abspath $(BUILD)) GPOM_SOAK_S=$(SOAK_S) GPOM_KILLS=$(KILLS) \
+	    build/venv/bin/python -m pytest -q -s -p no:cacheprovider tests/linux/test_endurance.py
 
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
@@ -198,8 +204,8 @@ distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
-        demo-lcm results fuzz test test-all lint format check-symbols firmware test-firmware clean \
-        distclean test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image \
+        demo-lcm soak results fuzz test test-all lint format check-symbols firmware test-firmware \
+        clean distclean test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image \
         FORCE
 .DEFAULT_GOAL := help
 

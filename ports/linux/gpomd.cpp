@@ -294,8 +294,9 @@ void Daemon::restore()
 {
     gpom_snapshot_report_t report = {};
     if (mapping_.restore(report)) {
+        const double age_s = 1e-6 * static_cast<double>(wall_us() - mapping_.state().stamp_us);
         log("restored " + std::to_string(report.n_beams) + " beams from snapshot " +
-            std::to_string(report.sequence) +
+            std::to_string(report.sequence) + ", the newest " + std::to_string(age_s) + " s old" +
             (report.params_differ != 0 ? ", taken with other hyperparameters" : "") +
             (report.n_dropped > 0 ? "; " + std::to_string(report.n_dropped) + " did not fit" : ""));
     } else if (snapshots_.is_used()) {

@@ -123,8 +123,8 @@ def config_text(**parts):
 class Gpomd:
     """A running daemon."""
 
-    def __init__(self, path, environment=None):
-        self.process = subprocess.Popen([tool("gpomd"), "--config", str(path)],
+    def __init__(self, path, environment=None, before=()):
+        self.process = subprocess.Popen([*before, tool("gpomd"), "--config", str(path)],
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                         env={**os.environ, **(environment or {})})
         self.lines = []
@@ -143,13 +143,14 @@ class Gpomd:
 
 @pytest.fixture
 def start(tmp_path):
-    """start(**parts of the configuration): a running daemon; stopped at the end of the test."""
+    """start(**parts of the configuration, or its whole text): a running daemon; stopped at the end
+    of the test. before: words before its command line."""
     running = []
 
-    def begin(environment=None, **parts):
+    def begin(environment=None, text=None, before=(), **parts):
         path = tmp_path / "gpomd.toml"
-        path.write_text(config_text(**parts))
-        running.append(Gpomd(path, environment))
+        path.write_text(text or config_text(**parts))
+        running.append(Gpomd(path, environment, before))
         running[-1].config = path
         return running[-1]
     yield begin

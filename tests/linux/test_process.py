@@ -4,7 +4,6 @@ import ctypes
 import math
 import os
 import pathlib
-import random
 import re
 import resource
 import select
@@ -230,25 +229,6 @@ def test_a_stopped_daemon_s_map_is_there_again_after_the_start(start, street, tm
     assert restored(again)[0] == n_beams
     wait_for_map(watch, cells)
     assert abs(watch.map.tile.stamp_us - stamp_us) < 1000 and math.isnan(watch.map.tile.pose[0])
-
-
-def test_a_daemon_killed_at_any_moment_comes_back_with_the_last_snapshot(start, street, tmp_path):
-    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 0.1'
-    rng, n_known = random.Random(3), 0
-    for i in range(8):
-        daemon, watch = start(rest=snapshot), Watch(URL)
-        if i > 0:
-            n_beams, sequence = restored(daemon)
-            assert sequence >= n_known and n_beams > 0
-            n_known = sequence
-        sender = subprocess.Popen([tool("gpom-replay"), street, "--rate", "20"],
-                                  stdout=subprocess.DEVNULL)
-        wait_until(watch, lambda w=watch: w.status is not None
-                   and w.status["counts"]["snapshots_written"] > 0 and w.status["n_beams"] > 0)
-        watch.collect(rng.uniform(0.0, 0.2))
-        n_known += watch.status["counts"]["snapshots_written"]
-        daemon.stop(signal.SIGKILL)
-        sender.wait(20)
 
 
 def test_a_snapshot_that_cannot_be_written_is_counted(start, peer, tmp_path):
