@@ -164,8 +164,9 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
-test-all: build/setup/lint firmware fuzzers count-queries ## Run `test`, firmware, fuzz, lint
+test-all: build/setup/lint linux-tests firmware fuzzers count-queries ## Run `test`, firmware, fuzz, lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
+	$(Q)$(MAKE) CONFIG=sanitize build/host-sanitize/gpomd build/host-sanitize/linux_tests
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra

@@ -2,6 +2,7 @@
 
 Nothing that is sent can leave the machine: a test that cannot have its own network is skipped.
 GPOM_BUILD  build directory, default build/host-release
+GPOMD       the daemon to be tested, default that of GPOM_BUILD
 """
 import ctypes
 import importlib
@@ -49,7 +50,7 @@ def network():
 
 
 def tool(name):
-    path = BUILD / name
+    path = ROOT / os.environ["GPOMD"] if name == "gpomd" and "GPOMD" in os.environ else BUILD / name
     assert path.is_file(), f"{path} is missing: run `make linux-tests`"
     return str(path)
 
