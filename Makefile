@@ -164,7 +164,7 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
-test-all: build/setup/lint linux-tests firmware fuzzers count-queries ## Run `test`, firmware, fuzz, lint
+test-all: build/setup/lint linux-tests firmware fuzzers count-queries ## Run all tests and lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 	$(Q)$(MAKE) CONFIG=sanitize build/host-sanitize/gpomd build/host-sanitize/linux_tests
 	$(Q)$(MAKE) CONFIG=thread tsan
@@ -206,8 +206,8 @@ distclean: ## Remove build/ whole
 
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
         demo-lcm soak results fuzz test test-all lint format check-symbols firmware test-firmware \
-        clean distclean test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image \
-        FORCE
+        clean distclean test-programs unit tsan endian codec-tests linux-tests fuzzers \
+        firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------

@@ -337,7 +337,7 @@ def test_garbage_on_every_channel_changes_no_cell(start, street, peer, tmp_path)
 
 def test_garbage_for_the_network_itself_changes_no_cell(start, street, tmp_path):
     """Datagrams and fragments that are none, at LCM's own port. Without offsets that wrap round at
-    2^32: liblcm 1.5.1 takes those for good ones and ends the process (ports/linux/README.md)."""
+    2^32: liblcm takes those for good ones, and the process ends (lcm-proj/lcm#628)."""
     daemon, watch = start(), Watch(URL)
     rng = random.Random(4)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
