@@ -1,10 +1,10 @@
 // gpom-replay: scans of a file, or the events of an LCM log, onto the bus.
 #include "ports/codec/codec.h"
+#include "ports/linux/bus.hpp"
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/scan_log.hpp"
 
 #include <lcm/eventlog.h>
-#include <lcm/lcm.h>
 
 #include <algorithm>
 #include <chrono>
@@ -71,19 +71,17 @@ void declare_options(CLI::App &app, Options &options)
 /// The bus; what cannot be sent throws.
 class Sender {
 public:
-    explicit Sender(const std::string &url) : lcm_(lcm_create(url.c_str()), lcm_destroy)
+    explicit Sender(const std::string &url)
     {
-        if (lcm_ == nullptr) {
-            throw std::runtime_error(
-                "liblcm could not join " + url +
-                "; is there a route? ip link set lo up && ip route add 224.0.0.0/4 dev lo");
+        if (const char *const problem = bus_.open(url.c_str()); problem != nullptr) {
+            throw std::runtime_error(problem);
         }
     }
 
     void send(const std::string &channel, const void *bytes, std::size_t n_bytes)
     {
-        if (n_bytes == 0 || lcm_publish(lcm_.get(), channel.c_str(), bytes,
-                                        static_cast<unsigned int>(n_bytes)) != 0) {
+        if (n_bytes == 0 ||
+            !bus_.send(channel.c_str(), static_cast<const std::uint8_t *>(bytes), n_bytes)) {
             throw std::runtime_error("could not send on " + channel);
         }
         ++n_sent_;
@@ -91,7 +89,7 @@ public:
     long n_sent() const { return n_sent_; }
 
 private:
-    std::unique_ptr<lcm_t, void (*)(lcm_t *)> lcm_;
+    gpomd::Bus bus_;
     long n_sent_ = 0;
 };
 

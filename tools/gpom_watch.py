@@ -6,12 +6,15 @@ unsure, blank unknown, `R` the robot.
 Exit code 1: --compare found a difference; 2: nothing came, or a wrong option.
 """
 import argparse
+import errno
 import json
 import pathlib
 import select
+import socket
 import struct
 import sys
 import time
+import urllib.parse
 import zlib
 
 import lcm
@@ -158,16 +161,31 @@ class Map:
                 "cells": dict(zip(CLASSES, map(int, counts)))}
 
 
+def check_route(url):
+    """Without a route liblcm prints a page; here it is one line."""
+    place = urllib.parse.urlsplit(url)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((place.hostname or "239.255.76.67", place.port or 7667))
+        except OSError as error:
+            if error.errno == errno.ENETUNREACH:
+                raise InputError("there is no route for multicast; for this machine alone, run as "
+                                 "root: ip link set lo up && ip route add 224.0.0.0/4 dev lo"
+                                 ) from None
+        except ValueError:
+            pass  # liblcm says what is wrong with the URL
+
+
 class Watch:
     """Subscribes to gpomd, and holds what came."""
 
     def __init__(self, url, map_channel="GPOM_MAP", status_channel="GPOM_STATUS"):
         self.map, self.status = Map(), None
+        check_route(url)
         try:
             self.bus = lcm.LCM(url)
         except RuntimeError:
-            raise InputError(f"liblcm could not join {url}; is there a route? "
-                             "ip link set lo up && ip route add 224.0.0.0/4 dev lo") from None
+            raise InputError(f"liblcm refuses {url}; its reason is above") from None
         self.bus.subscribe(map_channel, lambda _, data: self.map.take(data)).set_queue_capacity(0)
         self.bus.subscribe(status_channel, self._take_status)
 
@@ -289,7 +307,11 @@ def watch_live(watch, seconds):
     while (left := end - time.monotonic()) > 0:
         watch.collect(min(1.0, left))
         if watch.map.tile is None:
-            print("gpom-watch: nothing on GPOM_MAP yet; is gpomd running, does it get scans?")
+            counts = watch.status and watch.status["counts"]
+            print("gpom-watch: nothing on GPOM_MAP yet; " + (
+                "is gpomd running?" if counts is None else
+                f"gpomd received {counts['scans_received']} scans and {counts['poses_received']} "
+                "poses; see --status"), flush=True)
             continue
         summary = watch.map.summary()
         home = "\033[H\033[J" if sys.stdout.isatty() else ""

@@ -48,10 +48,10 @@ const char *group_problem(const char *url)
 {
     sockaddr_in group;
     if (!parse_group(url, group)) {
-        return "lcm_url: must be udpm://ADDRESS:PORT?ttl=0 with a multicast address";
+        return "LCM's URL must be udpm://ADDRESS:PORT?ttl=0 with a multicast address";
     }
     if (!IN_MULTICAST(ntohl(group.sin_addr.s_addr))) {
-        return "lcm_url: the address is not one of multicast, 224.0.0.0 to 239.255.255.255";
+        return "LCM's URL: the address is not one of multicast, 224.0.0.0 to 239.255.255.255";
     }
     const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     const int result =
@@ -120,7 +120,7 @@ const char *Bus::open(const char *url)
     }
     char longer[512];
     lcm_ = lcm_create(with_buffer(url, longer, sizeof longer));
-    return lcm_ != nullptr ? nullptr : "liblcm refuses lcm_url; its reason is above";
+    return lcm_ != nullptr ? nullptr : "liblcm refuses the URL; its reason is above";
 }
 
 bool Bus::subscribe(const char *channel, Receive receive, void *ctx)

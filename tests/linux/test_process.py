@@ -174,13 +174,15 @@ def test_the_shipped_configuration_is_good_and_says_the_defaults(tmp_path):
     assert again.stdout.split(";")[0] == done.stdout.split(";")[0]
 
 
-def test_without_a_multicast_route_it_says_so_in_one_sentence(tmp_path):
+def test_without_a_multicast_route_all_say_so_in_one_sentence(street, tmp_path):
     path = tmp_path / "gpomd.toml"
     path.write_text(config_text())
     os.close(own_network()[0])  # a fresh one, where nothing is set up; network() leads back
-    done = run("gpomd", "--config", path)
-    assert done.returncode == 2 and done.stderr.count("\n") == 1
-    assert "ip route add 224.0.0.0/4 dev lo" in done.stderr
+    for command in (["gpomd", "--config", path], ["gpom-watch", "--seconds", 1],
+                    ["gpom-replay", street]):
+        done = run(*command)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+        assert "ip route add 224.0.0.0/4 dev lo" in done.stderr
 
 
 @pytest.mark.parametrize("url, text", [
