@@ -1,6 +1,7 @@
 """gpomd over real LCM: what goes in must come out, whatever is lost must be counted."""
 import math
 import random
+import re
 import socket
 import struct
 import subprocess
@@ -333,6 +334,9 @@ def test_garbage_on_every_channel_changes_no_cell(start, street, peer, tmp_path)
     bad = ("other_type", "corrupt", "malformed")
     assert counts["scans_received"] == 40 + sum(counts[f"scans_{name}"] for name in bad)
     wait_for_map(watch, cells)
+    assert daemon.stop() == 0
+    assert re.search(r"dropped: \d+ of another type, \d+ corrupt, \d+ malformed, \d+ queries refused",
+                     "".join(daemon.lines)), daemon.lines
 
 
 def test_garbage_for_the_network_itself_changes_no_cell(start, street, tmp_path):
