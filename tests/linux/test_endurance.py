@@ -142,8 +142,8 @@ def test_a_daemon_killed_at_any_moment_comes_back_with_the_last_snapshot(start, 
             watch.collect(rng.uniform(0.0, 2 * period_s))
             n_known += counts_of_this_one()["snapshots_written"]
             assert watch.status["counts"]["snapshots_failed"] == 0
-            daemon.stop(signal.SIGKILL)
             killed_s = time.time()
+            daemon.stop(signal.SIGKILL)
     print(f"\nkilled {N_KILLS} times: ready again after {np.mean(starts_s):.3f} s, at most "
           f"{max(starts_s):.3f} s; at most {max(losses_s):.3f} s lost of a period of {period_s} s, "
           f"median {np.median(losses_s):.3f} s; load {os.getloadavg()[0]:.1f}")
