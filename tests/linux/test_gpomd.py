@@ -201,6 +201,41 @@ def test_what_no_return_means_is_configured(no_return, counter, start, peer):
     assert [counts["beams_no_return"], counts["beams_nan"]].count(2) == 1 and counts[counter] == 2
 
 
+def test_each_sensor_of_a_channel_has_its_mount_masks_and_latency(start, peer):
+    """A wall 8 m ahead of one at the front that looks left, and of one upside down at the back."""
+    sensor = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0\n'
+    start(sensors=sensor + 'id = 1\nmount = [2.0, 0.0, 1.5707963]\nlatency_s = 0.25\n'
+                  'masks = [[0.45, 1.0], [3.0, -3.0]]\n'
+                  + sensor + 'id = 2\nmount = [-3.0, 0.0, 3.1415927]\nrange_min_m = 1.0\n'
+                  'upside_down = true',
+          raster="cell_m = 0.5\nnx = 120\nny = 60\ncorner = [0.0, 65.0]")
+    watch = Watch(URL)
+
+    def send(sensor_id, i, bearings, ranges):
+        """Two scans, since a single witness may wait for a second."""
+        for k in (0, 1):
+            watch.bus.publish("GPOM_SCAN", encoded(scan(
+                peer, 2 * i + k, sensor_id=sensor_id, pose=[20.0, 80.0, 0.0],
+                angle_min=bearings[0], angle_step=bearings[1], n_ranges=len(ranges),
+                ranges=ranges)))
+    send(1, 0, (-0.1, 0.1), [8.0, 8.0, 8.0, 8.0, 8.0, 8.0, 8.0, 8.0])  # up to 0.6: two masked
+    send(2, 1, (0.25, 0.05), [0.5, 8.0, 8.0, 8.0])  # the first is too near
+    counts = wait_for_status(watch, scans_inserted=4)["counts"]
+    assert (counts["beams_masked"], counts["beams_too_near"]) == (4, 2)
+
+    def cls(x_m, y_m):
+        return watch.map.classes()[int((y_m - 65.0) / 0.5), int(x_m / 0.5)]
+    wait_until(watch, lambda: watch.map.is_whole and watch.status["n_cells_dirty"] == 0)
+    assert cls(22.0, 88.1) == 2 and cls(22.0, 84.0) == 0  # looks along +y from (22, 80)
+    # looks along -x from (17, 80); its bearings run clockwise, up from there
+    x_m, y_m = 17.0 - 8.0 * math.cos(0.35), 8.0 * math.sin(0.35)
+    assert cls(x_m, 80.0 + y_m) == 2 and cls(x_m, 80.0 - y_m) != 2
+    assert watch.status["scan_stamp_us"] == T0_US + 3 * 100_000  # of the second, without latency
+    send(1, 2, (0.0, 0.1), [8.0])
+    wait_for_status(watch, scans_inserted=6)
+    assert watch.status["scan_stamp_us"] == T0_US + 5 * 100_000 - 250_000
+
+
 FOREIGN = {
     "bot_core": {"sensors": '[[sensor]]\ntype = "bot_core.planar_lidar_t"\nrange_max_m = 34.0',
                  "rest": '[pose]\ntype = "bot_core.pose_t"\nwait_max_s = 0.3'},
