@@ -294,9 +294,12 @@ void Daemon::restore()
 {
     gpom_snapshot_report_t report = {};
     if (mapping_.restore(report)) {
-        const double age_s = 1e-6 * static_cast<double>(wall_us() - mapping_.state().stamp_us);
-        log("restored " + std::to_string(report.n_beams) + " beams from snapshot " +
-            std::to_string(report.sequence) + ", the newest " + std::to_string(age_s) + " s old" +
+        char text[120];
+        std::snprintf(text, sizeof text,
+                      "restored %u beams from snapshot %llu, the newest %.3f s old", report.n_beams,
+                      static_cast<unsigned long long>(report.sequence),
+                      1e-6 * static_cast<double>(wall_us() - mapping_.state().stamp_us));
+        log(std::string(text) +
             (report.params_differ != 0 ? ", taken with other hyperparameters" : "") +
             (report.n_dropped > 0 ? "; " + std::to_string(report.n_dropped) + " did not fit" : ""));
     } else if (snapshots_.is_used()) {
