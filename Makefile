@@ -17,6 +17,8 @@ SEED   ?=
 LOG    ?=
 DATA   ?= ../shared/data
 LCM_GEN ?= lcm-gen
+SOAK_S ?= 600
+KILLS  ?= 200
 FUZZ_RUNS    ?=
 FUZZ_SECONDS ?=
 V      ?=
@@ -141,7 +143,7 @@ help: ## List the targets
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
 	    awk -F '|' '{ printf "  %-15s %s\n", $$1, $$2 }'
 	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA SPARSE LOG DATA SKIP_BASE FUZZ_RUNS" \
-	    "FUZZ_SECONDS"
+	    "FUZZ_SECONDS SOAK_S KILLS"
 
 lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the library
 
@@ -162,8 +164,12 @@ bench-insert: tools ## Time inserting scans into a map of 20,000 beams
 
 gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build the LCM daemon and its tools
 
-demo-lcm: gpomd $(BUILD)/gpom-sim ## Replay a street or LOG over LCM into gpomd: build/demo-lcm
+demo-lcm: gpomd $(BUILD)/gpom-sim $(BUILD)/gpom-query ## Replay a street or LOG into gpomd, compare
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
+
+soak: gpomd $(BUILD)/gpom-sim ## Load gpomd for SOAK_S seconds, kill it KILLS times
+	$(Q)GPOM_BUILD=$(abspath $(BUILD)) GPOM_SOAK_S=$(SOAK_S) GPOM_KILLS=$(KILLS) \
+	    build/venv/bin/python -m pytest -q -s -p no:cacheprovider tests/linux/test_endurance.py
 
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
@@ -175,8 +181,9 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
-test-all: build/setup/lint firmware fuzzers count-queries ## Run `test`, firmware, fuzz, lint
+test-all: build/setup/lint linux-tests firmware fuzzers count-queries ## Run all tests and lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
+	$(Q)$(MAKE) CONFIG=sanitize build/host-sanitize/gpomd build/host-sanitize/linux_tests
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
@@ -223,9 +230,9 @@ distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
-        demo-lcm results fuzz test test-all lint format check-symbols firmware test-firmware clean \
-        distclean test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image \
-        FORCE
+        demo-lcm soak results fuzz test test-all lint format check-symbols firmware test-firmware \
+        clean distclean test-programs unit tsan endian codec-tests linux-tests fuzzers \
+        firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -253,7 +260,8 @@ endian: $(BUILD)/snapshot_bytes
 	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; \
 	else echo "no big-endian toolchain: its test will be skipped"; fi
 
-linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/library-map $(BUILD)/linux_tests $(BUILD)/lcm/stamp
+linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/gpom-query $(BUILD)/library-map \
+    $(BUILD)/linux_tests $(BUILD)/lcm/stamp
 
 codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 
@@ -341,7 +349,7 @@ $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)
 
 $(BUILD)/gpomd: $(BUILD)/obj/ports/linux/gpomd.o $(LINUX_LIB)
 $(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
-    $(call objects,tools/lib/scan_log tools/lib/text_lines)
+    $(call objects,ports/linux/bus tools/lib/scan_log tools/lib/text_lines)
 $(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) \
     $(call objects,tools/lib/scan_log tools/lib/text_lines)
 $(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/unit/main.cpp) \

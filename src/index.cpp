@@ -27,6 +27,35 @@ void vanish(Index &index, uint32_t slot)
     }
 }
 
+/// The slot that follows a free one in their list.
+uint32_t &next_free(Index &index, uint32_t slot) { return index.beams[slot].stamp_ms; }
+
+/// Merge runs of `width` free slots in pairs, up to the slot `end`. Returns how many pairs.
+uint32_t merge_runs(Index &index, uint32_t width, uint32_t end)
+{
+    uint32_t n_pairs = 0;
+    uint32_t *tail = &index.first_free;
+    for (uint32_t left = index.first_free; left != end; ++n_pairs) {
+        uint32_t right = left;
+        uint32_t n_left = 0;
+        for (; n_left < width && right != end; ++n_left) {
+            right = next_free(index, right);
+        }
+        uint32_t n_right = width;
+        while (n_left > 0 || (n_right > 0 && right != end)) {
+            const bool is_left = n_left > 0 && (n_right == 0 || right == end || left < right);
+            uint32_t &from = is_left ? left : right;
+            --(is_left ? n_left : n_right);
+            *tail = from;
+            tail = &next_free(index, from);
+            from = *tail;
+        }
+        left = right;
+    }
+    *tail = end;
+    return n_pairs;
+}
+
 /// List the beams that have a part of this kind, until the budget or the store ends.
 template <class Part> uint32_t list_some(Index &index, uint32_t budget)
 {
@@ -170,6 +199,12 @@ void remove_beam(Index &index, uint32_t slot)
     index.beams[slot].has_hit = 0;
     index.beams[slot].has_free = 0;
     vanish(index, slot);
+}
+
+void sort_freed(Index &index, uint32_t before)
+{
+    for (uint32_t width = 1; merge_runs(index, width, before) > 1; width *= 2) {
+    }
 }
 
 void shift_origin(Index &index, float dx_m, float dy_m)

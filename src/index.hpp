@@ -87,6 +87,11 @@ void remove_hit(Index &index, uint32_t slot);
 void remove_free(Index &index, uint32_t slot);
 void remove_beam(Index &index, uint32_t slot);
 
+/// Sort the free slots that came since the first free one was `before`. A walk over a tree frees
+/// them in the tree's order, and what slots beams get must not depend on how far the trees are.
+/// O(n log n) for n such slots.
+void sort_freed(Index &index, uint32_t before);
+
 /// The origin moves by (dx_m, dy_m): all coordinates follow, and what is being built is dropped.
 void shift_origin(Index &index, float dx_m, float dy_m);
 

@@ -287,7 +287,9 @@ void settle(gpom_map &map)
     for (uint32_t &slot : group.renews) {
         slot = kNoSlot;
     }
+    const uint32_t first_free = map.index.first_free;
     judge(map);
+    sort_freed(map.index, first_free);
     for (uint32_t i = 0; i < group.n; ++i) {
         decide(map, i);
     }

@@ -107,6 +107,31 @@ bool is_pose(const gpom_pose_t &pose)
            (pose.cov == nullptr || is_covariance(pose.cov));
 }
 
+bool is_sweep(const gpom_sweep_t *sweep)
+{
+    if (sweep == nullptr || sweep->n_ranges > GPOM_RANGES_MAX) {
+        return false;
+    }
+    const bool has_arrays =
+        sweep->ranges_m != nullptr && sweep->bearings_rad != nullptr && sweep->poses != nullptr;
+    bool are_angles = true;
+    for (uint32_t i = 0; has_arrays && i < sweep->n_ranges; ++i) {
+        are_angles =
+            are_angles && is_within(static_cast<double>(sweep->bearings_rad[i]), kAngleMax_rad);
+    }
+    return (has_arrays || sweep->n_ranges == 0) && are_angles;
+}
+
+bool are_poses(const gpom_sweep_t &sweep)
+{
+    for (uint32_t i = 0; i < sweep.n_ranges; ++i) {
+        if (!is_pose(sweep.poses[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /// The angle in [0, 2 pi).
 double wrap(double angle_rad)
 {
@@ -212,26 +237,52 @@ Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, dou
     return beam;
 }
 
-/// Hand all usable readings to those that choose what is kept.
-void insert_beams(gpom_map &map, const gpom_scan_t &scan, const ScanContext &context)
+/// Hand a reading, if it can be used, to those that choose what is kept.
+void insert_beam(gpom_map &map, const ScanContext &context, float range_m, double bearing_rad)
 {
-    const float sure_m = kSureShare * map.config.keep_m;
-    for (uint32_t i = 0; i < scan.n_ranges; ++i) {
-        const double bearing_rad = scan.angle_min_rad + i * scan.angle_step_rad;
-        if (count_unusable(map.stats, context.sensor, scan.ranges_m[i], bearing_rad)) {
-            continue;
-        }
-        Beam beam = beam_of(map, context, scan.ranges_m[i], bearing_rad);
-        const float var_m2 = end_variance(context, beam);
-        beam.excess = excess_of(map, var_m2);
-        gpom::consider(map, beam, var_m2 <= sure_m * sure_m);
+    if (count_unusable(map.stats, context.sensor, range_m, bearing_rad)) {
+        return;
     }
-    gpom::settle(map);
+    const float sure_m = kSureShare * map.config.keep_m;
+    Beam beam = beam_of(map, context, range_m, bearing_rad);
+    const float var_m2 = end_variance(context, beam);
+    beam.excess = excess_of(map, var_m2);
+    gpom::consider(map, beam, var_m2 <= sure_m * sure_m);
+}
+
+/// The sensor's place for a pose of the robot, in double.
+struct SensorPlace {
+    gpom::Pose T_map_sensor;
+    Eigen::Vector2d from_origin_m; ///< Relative to the map's origin.
+    Eigen::Vector2f lever_m;       ///< From the robot to the sensor, map axes.
+
+    bool is_in_reach() const { return from_origin_m.squaredNorm() <= GPOM_REACH_M * GPOM_REACH_M; }
+};
+
+SensorPlace place_of(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose)
+{
+    const gpom::Pose T_map_robot = {{pose.x_m, pose.y_m}, pose.yaw_rad};
+    const gpom::Pose T_robot_sensor = {{sensor.x_m, sensor.y_m}, sensor.yaw_rad};
+    const gpom::Pose T_map_sensor = T_map_robot * T_robot_sensor;
+    const Eigen::Vector2d origin_m(map.config.origin_x_m, map.config.origin_y_m);
+    return {T_map_sensor, T_map_sensor.position_m - origin_m,
+            (T_map_sensor.position_m - T_map_robot.position_m).cast<float>()};
+}
+
+/// Of the scan that was noted last.
+ScanContext context_of(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
+                       const SensorPlace &place)
+{
+    const auto scan_number = static_cast<uint16_t>((map.stats.scans_inserted - 1) & 0xffffu);
+    return {sensor,        pose.cov,   place.T_map_sensor, place.from_origin_m.cast<float>(),
+            place.lever_m, scan_number};
 }
 
 /// Take note of when and where a scan was made.
-void note_scan(gpom_map &map, int64_t stamp_us, const gpom::Point &robot)
+void note_scan(gpom_map &map, int64_t stamp_us, const SensorPlace &place)
 {
+    const Eigen::Vector2f robot_m = place.from_origin_m.cast<float>() - place.lever_m;
+    const gpom::Point robot = {robot_m.x(), robot_m.y()};
     gpom::lowres_follow(map.lowres, robot, stamp_us);
     gpom::Keeper &keeper = map.keeper;
     if (map.stats.scans_inserted == 0 || stamp_us != keeper.stamp_us) {
@@ -243,6 +294,18 @@ void note_scan(gpom_map &map, int64_t stamp_us, const gpom::Point &robot)
     keeper.robot = robot;
     keeper.scan_first_id = map.index.next_id;
     ++map.stats.scans_inserted;
+}
+
+gpom_status_t refuse_pose(gpom_map &map)
+{
+    ++map.stats.scans_bad_pose;
+    return GPOM_ERR_ARG;
+}
+
+gpom_status_t refuse_reach(gpom_map &map)
+{
+    ++map.stats.scans_out_of_reach;
+    return GPOM_ERR_REACH;
 }
 
 } // namespace
@@ -263,25 +326,47 @@ gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
         return GPOM_ERR_ARG;
     }
     if (!is_pose(*pose)) {
-        ++map->stats.scans_bad_pose;
+        return refuse_pose(*map);
+    }
+    gpom::follow_origin(*map, pose->x_m, pose->y_m);
+    const SensorPlace place = place_of(*map, *sensor, *pose);
+    if (!place.is_in_reach()) {
+        return refuse_reach(*map);
+    }
+    note_scan(*map, scan->stamp_us, place);
+    const ScanContext context = context_of(*map, *sensor, *pose, place);
+    for (uint32_t i = 0; i < scan->n_ranges; ++i) {
+        insert_beam(*map, context, scan->ranges_m[i],
+                    scan->angle_min_rad + i * scan->angle_step_rad);
+    }
+    gpom::settle(*map);
+    return GPOM_OK;
+}
+
+gpom_status_t gpom_sweep_insert(gpom_map_t *map, const gpom_sweep_t *sweep,
+                                const gpom_sensor_t *sensor, const gpom_pose_t *pose)
+{
+    if (!gpom::is_map(map) || pose == nullptr || !is_sweep(sweep) || !is_sensor(sensor)) {
         return GPOM_ERR_ARG;
     }
-    const gpom::Pose T_map_robot = {{pose->x_m, pose->y_m}, pose->yaw_rad};
-    const gpom::Pose T_robot_sensor = {{sensor->x_m, sensor->y_m}, sensor->yaw_rad};
-    const gpom::Pose T_map_sensor = T_map_robot * T_robot_sensor;
-    gpom::follow_origin(*map, pose->x_m, pose->y_m);
-    const Eigen::Vector2d origin_m(map->config.origin_x_m, map->config.origin_y_m);
-    const Eigen::Vector2d sensor_m = T_map_sensor.position_m - origin_m;
-    if (!(sensor_m.squaredNorm() <= GPOM_REACH_M * GPOM_REACH_M)) {
-        ++map->stats.scans_out_of_reach;
-        return GPOM_ERR_REACH;
+    if (!is_pose(*pose) || !are_poses(*sweep)) {
+        return refuse_pose(*map);
     }
-    const Eigen::Vector2f lever_m =
-        (T_map_sensor.position_m - T_map_robot.position_m).cast<float>();
-    const auto scan_number = static_cast<uint16_t>(map->stats.scans_inserted & 0xffffu);
-    const Eigen::Vector2f robot_m = sensor_m.cast<float>() - lever_m;
-    note_scan(*map, scan->stamp_us, {robot_m.x(), robot_m.y()});
-    insert_beams(*map, *scan,
-                 {*sensor, pose->cov, T_map_sensor, sensor_m.cast<float>(), lever_m, scan_number});
+    gpom::follow_origin(*map, pose->x_m, pose->y_m);
+    const SensorPlace place = place_of(*map, *sensor, *pose);
+    bool is_in_reach = place.is_in_reach();
+    for (uint32_t i = 0; i < sweep->n_ranges && is_in_reach; ++i) {
+        is_in_reach = place_of(*map, *sensor, sweep->poses[i]).is_in_reach();
+    }
+    if (!is_in_reach) {
+        return refuse_reach(*map);
+    }
+    note_scan(*map, sweep->stamp_us, place);
+    for (uint32_t i = 0; i < sweep->n_ranges; ++i) {
+        const gpom_pose_t &own = sweep->poses[i];
+        insert_beam(*map, context_of(*map, *sensor, own, place_of(*map, *sensor, own)),
+                    sweep->ranges_m[i], static_cast<double>(sweep->bearings_rad[i]));
+    }
+    gpom::settle(*map);
     return GPOM_OK;
 }

@@ -3,10 +3,10 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux tsan endian firmware
-instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by make, which builds
-what they need first. A failure is printed with its output, a skip with its reason. Exit code 1 if
-anything failed or nothing passed.
+Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux linux-sanitize tsan
+endian firmware instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by make,
+which builds what they need first. A failure is printed with its output, a skip with its reason.
+Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
 program (valgrind, say; not before the one with sanitizers, which would not bear it). FUZZ_RUNS is
 the number of inputs each fuzzer tries, from its fixed seed; FUZZ_SECONDS, if given, makes it run so
@@ -29,7 +29,7 @@ SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
 BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools",
         "linux"]
-EXTRA = ["tsan", "endian", "firmware", "instructions", "fuzz", "lint"]
+EXTRA = ["linux-sanitize", "tsan", "endian", "firmware", "instructions", "fuzz", "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
@@ -168,19 +168,28 @@ def run_symbols(results):
               ["tools/check_symbols.py", "--exports", f"{HOST}/libgpom.so"])
 
 
-def run_pytest(results, suite, before=()):
+def run_pytest(results, suite, path, before=()):
     report = f"{RESULTS}/{suite}.xml"
     run_junit(results, suite, [*before, "build/venv/bin/python", "-m", "pytest", "-q", "-p",
-                               "no:cacheprovider", f"--junitxml={report}", f"tests/{suite}"],
-              report)
+                               "no:cacheprovider", f"--junitxml={report}", path], report)
+
+
+def as_root():
+    """Root of a user namespace of its own may give each test a network of its own."""
+    words = ["unshare", "-r"]
+    return words if os.getuid() != 0 and run([*words, "true"])[0] == 0 else []
 
 
 def run_linux(results):
-    """Root of a user namespace of its own may give each test a network of its own."""
     run_doctest(results, "linux-unit", f"{HOST}/linux_tests")
-    as_root = ["unshare", "-r"]
-    may_be_root = os.getuid() != 0 and run([*as_root, "true"])[0] == 0
-    run_pytest(results, "linux", as_root if may_be_root else ())
+    run_pytest(results, "linux", "tests/linux", as_root())
+
+
+def run_linux_sanitize(results):
+    """The daemon alone is built with ASan and UBSan; what they find is its exit code."""
+    run_doctest(results, "linux-unit-sanitize", f"{SANITIZE}/linux_tests")
+    run_pytest(results, "linux-sanitize", "tests/linux/test_gpomd.py",
+               [*as_root(), "env", f"GPOMD={SANITIZE}/gpomd"])
 
 
 def run_tsan(results):
@@ -250,8 +259,9 @@ SUITES = {
     "c99": run_c99,
     "headers": run_headers,
     "symbols": run_symbols,
-    "tools": lambda results: run_pytest(results, "tools"),
+    "tools": lambda results: run_pytest(results, "tools", "tests/tools"),
     "linux": run_linux,
+    "linux-sanitize": run_linux_sanitize,
     "tsan": run_tsan,
     "endian": run_endian,
     "firmware": run_firmware,

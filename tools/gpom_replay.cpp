@@ -1,10 +1,10 @@
 // gpom-replay: scans of a file, or the events of an LCM log, onto the bus.
 #include "ports/codec/codec.h"
+#include "ports/linux/bus.hpp"
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/scan_log.hpp"
 
 #include <lcm/eventlog.h>
-#include <lcm/lcm.h>
 
 #include <algorithm>
 #include <chrono>
@@ -32,6 +32,7 @@ struct Options {
     double rate = 1.0;
     double range_max_m = 49.0;
     std::uint16_t sensor_id = 0;
+    std::uint32_t n_rounds = 1;
     bool is_now = false;
     bool is_extent = false;
 };
@@ -61,25 +62,26 @@ void declare_options(CLI::App &app, Options &options)
     app.add_flag("--extent", options.is_extent,
                  "Only print where the scans were made and how long it took: x0 y0 x1 y1 [m], "
                  "duration [s], number of scans");
-    app.add_flag("--now", options.is_now, "Move the stamps of scans: the first is now");
+    app.add_flag("--now", options.is_now, "Stamp scans with the time at which they are due");
+    app.add_option("--repeat", options.n_rounds, "Send the scans so many times, time going on")
+        ->check(CLI::Range(1u, 1000000u))
+        ->capture_default_str();
 }
 
 /// The bus; what cannot be sent throws.
 class Sender {
 public:
-    explicit Sender(const std::string &url) : lcm_(lcm_create(url.c_str()), lcm_destroy)
+    explicit Sender(const std::string &url)
     {
-        if (lcm_ == nullptr) {
-            throw std::runtime_error(
-                "liblcm could not join " + url +
-                "; is there a route? ip link set lo up && ip route add 224.0.0.0/4 dev lo");
+        if (const char *const problem = bus_.open(url.c_str()); problem != nullptr) {
+            throw std::runtime_error(problem);
         }
     }
 
     void send(const std::string &channel, const void *bytes, std::size_t n_bytes)
     {
-        if (n_bytes == 0 || lcm_publish(lcm_.get(), channel.c_str(), bytes,
-                                        static_cast<unsigned int>(n_bytes)) != 0) {
+        if (n_bytes == 0 ||
+            !bus_.send(channel.c_str(), static_cast<const std::uint8_t *>(bytes), n_bytes)) {
             throw std::runtime_error("could not send on " + channel);
         }
         ++n_sent_;
@@ -87,7 +89,7 @@ public:
     long n_sent() const { return n_sent_; }
 
 private:
-    std::unique_ptr<lcm_t, void (*)(lcm_t *)> lcm_;
+    gpomd::Bus bus_;
     long n_sent_ = 0;
 };
 
@@ -238,19 +240,28 @@ void print_extent(const std::vector<Scan> &scans)
                 y.second->y_m, scans.back().t_s - scans.front().t_s, scans.size());
 }
 
+std::int64_t microseconds(double t_s) { return std::llround(1e6 * t_s); }
+
 void replay_scans(const Options &options, Sender &sender)
 {
     const std::vector<Scan> scans = scans_of(options);
+    const double t0_s = scans.front().t_s;
+    const double span_s = scans.back().t_s - t0_s;
+    const double round_s =
+        span_s + (scans.size() > 1 ? span_s / static_cast<double>(scans.size() - 1) : 1.0);
     const auto now_us = std::chrono::duration_cast<std::chrono::microseconds>(
                             std::chrono::system_clock::now().time_since_epoch())
                             .count();
-    const std::int64_t shift_us =
-        options.is_now ? now_us - std::llround(1e6 * scans.front().t_s) : 0;
     ScanSender scan_sender(options, sender);
     Pace pace(options.rate);
-    for (const Scan &scan : scans) {
-        pace.wait_for(scan.t_s);
-        scan_sender.send(scan, std::llround(1e6 * scan.t_s) + shift_us);
+    for (std::uint32_t i = 0; i < options.n_rounds; ++i) {
+        for (const Scan &scan : scans) {
+            const double t_s = scan.t_s + i * round_s;
+            pace.wait_for(t_s);
+            scan_sender.send(scan, options.is_now
+                                       ? now_us + microseconds((t_s - t0_s) / options.rate)
+                                       : microseconds(t_s));
+        }
     }
 }
 
@@ -289,6 +300,9 @@ void replay(const Options &options)
     const bool is_log = is_event_log(options.in_path);
     if (!is_log && !options.log_channels.empty()) {
         throw std::runtime_error("--channel: only for an LCM event log");
+    }
+    if (is_log && (options.is_now || options.n_rounds > 1)) {
+        throw std::runtime_error("--now, --repeat: not for an LCM event log");
     }
     if (options.is_extent) {
         print_extent(scans_of(options));

@@ -3,23 +3,28 @@
 
 Without an option the map is drawn in the terminal, once a second: `#` occupied, `.` free, `+`
 unsure, blank unknown, `R` the robot.
+Exit code 1: --compare found a difference; 2: nothing came, or a wrong option.
 """
 import argparse
+import errno
 import json
 import pathlib
 import select
+import socket
 import struct
 import sys
 import time
+import urllib.parse
 import zlib
 
 import lcm
 import numpy as np
-from gpom_plot import InputError, OneLineParser, colour_bar, plt, save, show, show_probability
+from gpom_plot import (InputError, OneLineParser, colour_bar, plt, read_raster, save, show,
+                       show_probability)
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
 URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152"
-EXIT_USAGE = 2
+EXIT_DIFFERS, EXIT_USAGE = 1, 2
 MAP_FINGERPRINT, STATUS_FINGERPRINT = 0x428375daa5a20b5c, 0x8c14d72b736bf513
 MAP_HEAD = struct.Struct(">QqIhhbi3d2dff6hi")
 STATUS_HEAD = struct.Struct(">QqIbiii4q4f3i2q")
@@ -156,16 +161,31 @@ class Map:
                 "cells": dict(zip(CLASSES, map(int, counts)))}
 
 
+def check_route(url):
+    """Without a route liblcm prints a page; here it is one line."""
+    place = urllib.parse.urlsplit(url)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((place.hostname or "239.255.76.67", place.port or 7667))
+        except OSError as error:
+            if error.errno == errno.ENETUNREACH:
+                raise InputError("there is no route for multicast; for this machine alone, run as "
+                                 "root: ip link set lo up && ip route add 224.0.0.0/4 dev lo"
+                                 ) from None
+        except ValueError:
+            pass  # liblcm says what is wrong with the URL
+
+
 class Watch:
     """Subscribes to gpomd, and holds what came."""
 
     def __init__(self, url, map_channel="GPOM_MAP", status_channel="GPOM_STATUS"):
         self.map, self.status = Map(), None
+        check_route(url)
         try:
             self.bus = lcm.LCM(url)
         except RuntimeError:
-            raise InputError(f"liblcm could not join {url}; is there a route? "
-                             "ip link set lo up && ip route add 224.0.0.0/4 dev lo") from None
+            raise InputError(f"liblcm refuses {url}; its reason is above") from None
         self.bus.subscribe(map_channel, lambda _, data: self.map.take(data)).set_queue_capacity(0)
         self.bus.subscribe(status_channel, self._take_status)
 
@@ -198,6 +218,44 @@ class Watch:
             is_quiet = time.monotonic() - since > quiet_s
             return is_quiet and self.status is not None and self.status["n_cells_dirty"] == 0
         return self.collect(seconds, is_settled)
+
+
+# ---- the same map by gpom-query -----------------------------------------------------------------
+
+def codes_of(probability, variance, prior_variance):
+    """Codes of cells whose probability and variance are known in float32: 65535ths and 255ths as
+    gpom/lowres.h says, then 254ths and 63rds as lcmtypes/gpom_map_t.lcm says."""
+    probability = np.floor(65535.0 * probability.astype(np.float32).astype(float) + 0.5)
+    variance = 255.0 * variance.astype(np.float32).astype(float) / prior_variance
+    variance = np.minimum(np.ceil(variance), 255.0)
+    return np.ceil(254.0 * probability / 65535.0), np.ceil(63.0 * variance / 255.0)
+
+
+def differing_cells(collected, path):
+    """How many cells are not what gpom-query --raster answered for them: variance everywhere,
+    probability and class where the map claims to know; what it does not know is not occupied."""
+    (probability, variance, named), extent = read_raster(path, "probability", "variance", "class")
+    shape = collected.probability.shape
+    if probability.shape != shape or not np.allclose(extent, collected.extent(), atol=1e-6):
+        x0, _, y0, _ = collected.extent()
+        raise InputError(f"{path}: another raster; ask gpom-query for --raster "
+                         f"{x0:.9g},{y0:.9g},{collected.tile.cell_m:.9g},{shape[1]},{shape[0]}")
+    probability, variance = codes_of(probability, variance, collected.tile.prior_variance)
+    classes = np.select([named == name for name in CLASSES], range(len(CLASSES)))
+    is_known = collected.classes() != CLASS_UNKNOWN
+    differs = variance != collected.variance_class >> 2
+    differs |= is_known & (probability != collected.probability)
+    differs |= np.where(is_known, classes != collected.classes(), classes == 2)
+    return int(differs.sum())
+
+
+def compare(collected, path):
+    """Print whether the map is that of a file of gpom-query. True: it is."""
+    n_differ, n = differing_cells(collected, path), collected.probability.size
+    n_known = int((collected.classes() != CLASS_UNKNOWN).sum())
+    print(f"{n - n_differ} of {n} cells, {n_known} of them known, are those of {path} to the "
+          f"message's rounding" + (f"; {n_differ} differ" if n_differ else ""))
+    return n_differ == 0
 
 
 # ---- pictures -----------------------------------------------------------------------------------
@@ -249,7 +307,11 @@ def watch_live(watch, seconds):
     while (left := end - time.monotonic()) > 0:
         watch.collect(min(1.0, left))
         if watch.map.tile is None:
-            print("gpom-watch: nothing on GPOM_MAP yet; is gpomd running, does it get scans?")
+            counts = watch.status and watch.status["counts"]
+            print("gpom-watch: nothing on GPOM_MAP yet; " + (
+                "is gpomd running?" if counts is None else
+                f"gpomd received {counts['scans_received']} scans and {counts['poses_received']} "
+                "poses; see --status"), flush=True)
             continue
         summary = watch.map.summary()
         home = "\033[H\033[J" if sys.stdout.isatty() else ""
@@ -259,16 +321,17 @@ def watch_live(watch, seconds):
 
 
 def run(arguments):
+    """False: the map is another one than it was compared with."""
     watch = Watch(arguments.url)
     seconds = arguments.seconds
     if arguments.status:
         if not watch.collect(seconds or 5, lambda: watch.status is not None):
             raise InputError("no GPOM_STATUS came: gpomd is not running, or on another network")
         print(json.dumps(watch.status, indent=1))
-        return
-    if not arguments.out and not arguments.json:
+        return True
+    if not arguments.out and not arguments.json and not arguments.compare:
         watch_live(watch, seconds or float("inf"))
-        return
+        return True
     if arguments.settled and not watch.collect_settled(seconds or 60):
         raise InputError("the map did not settle in time; is gpomd running, do scans still come?")
     watch.request_keyframe()
@@ -283,6 +346,7 @@ def run(arguments):
         print(arguments.out)
     if arguments.json:
         print(json.dumps(watch.map.summary(), indent=1))
+    return not arguments.compare or compare(watch.map, arguments.compare)
 
 
 def main():
@@ -292,19 +356,20 @@ def main():
     parser.add_argument("--out", metavar="PNG", type=pathlib.Path,
                         help="draw the map, once it is whole, or what came in --seconds")
     parser.add_argument("--json", action="store_true", help="print a summary of the map as JSON")
+    parser.add_argument("--compare", metavar="CSV", type=pathlib.Path,
+                        help="is it the map that gpom-query --raster wrote, to the last code?")
     parser.add_argument("--status", action="store_true", help="print the next status as JSON")
     parser.add_argument("--settled", action="store_true",
                         help="before, wait until no scan comes and nothing changes any more")
     parser.add_argument("--seconds", metavar="S", type=float, help="watch so long")
     arguments = parser.parse_args()
     try:
-        run(arguments)
-    except InputError as error:
+        return 0 if run(arguments) else EXIT_DIFFERS
+    except (InputError, OSError) as error:
         print(f"gpom-watch: {error}", file=sys.stderr)
         return EXIT_USAGE
     except KeyboardInterrupt:
         return 0
-    return 0
 
 
 if __name__ == "__main__":

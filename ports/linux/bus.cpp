@@ -1,11 +1,13 @@
 #include "ports/linux/bus.hpp"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cstdlib>
 #include <cstring>
 
@@ -46,10 +48,10 @@ const char *group_problem(const char *url)
 {
     sockaddr_in group;
     if (!parse_group(url, group)) {
-        return "lcm_url: must be udpm://ADDRESS:PORT?ttl=0 with a multicast address";
+        return "LCM's URL must be udpm://ADDRESS:PORT?ttl=0 with a multicast address";
     }
     if (!IN_MULTICAST(ntohl(group.sin_addr.s_addr))) {
-        return "lcm_url: the address is not one of multicast, 224.0.0.0 to 239.255.255.255";
+        return "LCM's URL: the address is not one of multicast, 224.0.0.0 to 239.255.255.255";
     }
     const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     const int result =
@@ -63,6 +65,40 @@ const char *group_problem(const char *url)
                "ip link set lo up && ip route add 224.0.0.0/4 dev lo";
     }
     return nullptr;
+}
+
+/// Bytes that the system lets a socket's receive buffer have, at most kBufferMax.
+long granted_buffer()
+{
+    constexpr long kUsual = 212992; // where /proc does not show it: in other network namespaces
+    constexpr long kBufferMax = 4 << 20;
+    char text[32] = {};
+    const int fd = ::open("/proc/sys/net/core/rmem_max", O_RDONLY | O_CLOEXEC);
+    const ssize_t n = fd < 0 ? -1 : read(fd, text, sizeof text - 1);
+    if (fd >= 0) {
+        close(fd);
+    }
+    const long granted = n > 0 ? std::strtol(text, nullptr, 10) : kUsual;
+    return granted > 0 && granted < kBufferMax ? granted : kBufferMax;
+}
+
+/// Have liblcm ask for the largest receive buffer that it can get, unless the URL says how large:
+/// scans arrive among the daemon's own tiles, which come back to it, and while it waits for a
+/// processor nobody else keeps them.
+const char *with_buffer(const char *url, char *longer, std::size_t n_bytes)
+{
+    constexpr char kOption[] = "recv_buf_size=";
+    const std::size_t n_url = std::strlen(url);
+    if (std::strncmp(url, kUdpMulticast, kPrefix) != 0 || std::strstr(url, kOption) != nullptr ||
+        n_url + sizeof kOption + 16 > n_bytes) {
+        return url;
+    }
+    std::memcpy(longer, url, n_url);
+    longer[n_url] = std::strchr(url, '?') != nullptr ? '&' : '?';
+    std::memcpy(longer + n_url + 1, kOption, sizeof kOption - 1);
+    char *const number = longer + n_url + sizeof kOption;
+    *std::to_chars(number, longer + n_bytes - 1, granted_buffer()).ptr = '\0';
+    return longer;
 }
 
 } // namespace
@@ -82,8 +118,9 @@ const char *Bus::open(const char *url)
             return problem;
         }
     }
-    lcm_ = lcm_create(url);
-    return lcm_ != nullptr ? nullptr : "liblcm refuses lcm_url; its reason is above";
+    char longer[512];
+    lcm_ = lcm_create(with_buffer(url, longer, sizeof longer));
+    return lcm_ != nullptr ? nullptr : "liblcm refuses the URL; its reason is above";
 }
 
 bool Bus::subscribe(const char *channel, Receive receive, void *ctx)

@@ -34,8 +34,9 @@ public:
 
 private:
     static constexpr std::size_t kSubscriptionsMax = 16;
-    /// Messages of one channel that liblcm keeps until they are handled.
-    static constexpr int kQueueMessages = 256;
+    /// Messages of one channel that liblcm keeps until they are handled: 5 s of 200 a second, if
+    /// the receiving thread gets no processor. What comes beyond is lost, as on the way.
+    static constexpr int kQueueMessages = 1024;
     struct Subscription {
         Receive receive;
         void *ctx;

@@ -13,8 +13,11 @@
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/snapshot_file.hpp"
 
+#include <pthread.h>
+
 #include <csignal>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <cstring>
@@ -58,6 +61,15 @@ constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
                                  {GPOM_WIRE_POSES_REFUSED, "poses refused"},
                                  {GPOM_WIRE_QUERIES_REFUSED, "queries refused"},
                                  {GPOM_WIRE_SNAPSHOTS_FAILED, "snapshots not written"}};
+
+/// A thread by the name that `top -H` and debuggers show, 15 characters at most.
+template <class Body> std::thread named_thread(const char *name, const Body &body)
+{
+    return std::thread([name, body] {
+        pthread_setname_np(pthread_self(), name);
+        body();
+    });
+}
 
 void log(const std::string &text)
 {
@@ -200,17 +212,18 @@ void Daemon::receive(const std::atomic<bool> &stop)
     }
 }
 
-/// Did all threads go round since the last time?
+/// Did all threads go round since the last time that they all had?
 bool Daemon::has_pulse()
 {
     const std::uint64_t pulses[] = {pulse_.load(std::memory_order_relaxed), mapping_.pulse(),
                                     publisher_.pulse()};
-    bool has = true;
     for (std::size_t i = 0; i < 3; ++i) {
-        has = has && pulses[i] != seen_pulses_[i];
-        seen_pulses_[i] = pulses[i];
+        if (pulses[i] == seen_pulses_[i]) {
+            return false;
+        }
     }
-    return has;
+    std::copy_n(pulses, 3, seen_pulses_);
+    return true;
 }
 
 void Daemon::log_drops()
@@ -281,8 +294,12 @@ void Daemon::restore()
 {
     gpom_snapshot_report_t report = {};
     if (mapping_.restore(report)) {
-        log("restored " + std::to_string(report.n_beams) + " beams from snapshot " +
-            std::to_string(report.sequence) +
+        char text[120];
+        std::snprintf(text, sizeof text,
+                      "restored %u beams from snapshot %llu, the newest %.3f s old", report.n_beams,
+                      static_cast<unsigned long long>(report.sequence),
+                      1e-6 * static_cast<double>(wall_us() - mapping_.state().stamp_us));
+        log(std::string(text) +
             (report.params_differ != 0 ? ", taken with other hyperparameters" : "") +
             (report.n_dropped > 0 ? "; " + std::to_string(report.n_dropped) + " did not fit" : ""));
     } else if (snapshots_.is_used()) {
@@ -314,10 +331,10 @@ void Daemon::run()
 void Daemon::run_threads(const sigset_t &signals)
 {
     std::atomic<bool> stop_receiving{false}, stop_mapping{false}, stop_publishing{false};
-    std::thread writer([&] { snapshots_.run(); });
-    std::thread mapper([&] { mapping_.run(stop_mapping); });
-    std::thread publisher([&] { publisher_.run(stop_publishing); });
-    std::thread receiver([&] { receive(stop_receiving); });
+    std::thread writer = named_thread("snapshots", [&] { snapshots_.run(); });
+    std::thread mapper = named_thread("mapping", [&] { mapping_.run(stop_mapping); });
+    std::thread publisher = named_thread("publisher", [&] { publisher_.run(stop_publishing); });
+    std::thread receiver = named_thread("receiver", [&] { receive(stop_receiving); });
     log(std::string("ready on ") + config_.lcm_url);
     notify("READY=1");
     watch(signals);

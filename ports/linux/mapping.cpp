@@ -101,7 +101,9 @@ void MapThread::insert(const ScanSlot &slot)
     const gpom_sensor_t &sensor = config_->sensors[slot.i_sensor].sensor;
     gpom_status_t status = GPOM_OK;
     if (slot.is_per_beam) {
-        status = insert_beams(slot, sensor);
+        const gpom_sweep_t sweep = {slot.stamp_us, slot.ranges_m, slot.bearings_rad, slot.poses,
+                                    slot.n_ranges};
+        status = gpom_sweep_insert(map_, &sweep, &sensor, &slot.pose);
     } else {
         const gpom_scan_t scan = {slot.stamp_us, slot.angle_min_rad, slot.angle_step_rad,
                                   slot.ranges_m, slot.n_ranges};
@@ -118,20 +120,6 @@ void MapThread::insert(const ScanSlot &slot)
         links_.counts->add(GPOM_WIRE_SCANS_BAD_POSE);
         break;
     }
-}
-
-/// Beams with times of their own, each from where the robot was then. To the map they are one time:
-/// all have the scan's stamp. The worst that came of any.
-gpom_status_t MapThread::insert_beams(const ScanSlot &slot, const gpom_sensor_t &sensor)
-{
-    gpom_status_t worst = GPOM_OK;
-    for (std::uint32_t i = 0; i < slot.n_ranges; ++i) {
-        const gpom_scan_t beam = {slot.stamp_us, static_cast<double>(slot.bearings_rad[i]), 0.0,
-                                  &slot.ranges_m[i], 1};
-        const gpom_status_t status = gpom_scan_insert(map_, &beam, &sensor, &slot.poses[i]);
-        worst = worst == GPOM_OK ? status : worst;
-    }
-    return worst;
 }
 
 void MapThread::note_inserted(const ScanSlot &slot)

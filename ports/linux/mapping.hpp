@@ -57,7 +57,6 @@ public:
 
 private:
     void insert(const ScanSlot &slot);
-    gpom_status_t insert_beams(const ScanSlot &slot, const gpom_sensor_t &sensor);
     void note_inserted(const ScanSlot &slot);
     bool step();
     void answer_one(std::uint32_t i_slot);

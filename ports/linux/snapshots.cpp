@@ -192,7 +192,7 @@ bool Snapshots::write_file(std::uint32_t slot)
             return false;
         }
     }
-    return file_.flush(file_.ctx, slot) == GPOM_OK;
+    return file_.flush == nullptr || file_.flush(file_.ctx, slot) == GPOM_OK;
 }
 
 } // namespace gpomd

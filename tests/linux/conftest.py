@@ -2,6 +2,7 @@
 
 Nothing that is sent can leave the machine: a test that cannot have its own network is skipped.
 GPOM_BUILD  build directory, default build/host-release
+GPOMD       the daemon to be tested, default that of GPOM_BUILD
 """
 import ctypes
 import importlib
@@ -49,7 +50,7 @@ def network():
 
 
 def tool(name):
-    path = BUILD / name
+    path = ROOT / os.environ["GPOMD"] if name == "gpomd" and "GPOMD" in os.environ else BUILD / name
     assert path.is_file(), f"{path} is missing: run `make linux-tests`"
     return str(path)
 
@@ -123,8 +124,8 @@ def config_text(**parts):
 class Gpomd:
     """A running daemon."""
 
-    def __init__(self, path, environment=None):
-        self.process = subprocess.Popen([tool("gpomd"), "--config", str(path)],
+    def __init__(self, path, environment=None, before=()):
+        self.process = subprocess.Popen([*before, tool("gpomd"), "--config", str(path)],
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                         env={**os.environ, **(environment or {})})
         self.lines = []
@@ -143,13 +144,14 @@ class Gpomd:
 
 @pytest.fixture
 def start(tmp_path):
-    """start(**parts of the configuration): a running daemon; stopped at the end of the test."""
+    """start(**parts of the configuration, or its whole text): a running daemon; stopped at the end
+    of the test. before: words before its command line."""
     running = []
 
-    def begin(environment=None, **parts):
+    def begin(environment=None, text=None, before=(), **parts):
         path = tmp_path / "gpomd.toml"
-        path.write_text(config_text(**parts))
-        running.append(Gpomd(path, environment))
+        path.write_text(text or config_text(**parts))
+        running.append(Gpomd(path, environment, before))
         running[-1].config = path
         return running[-1]
     yield begin

@@ -1,18 +1,21 @@
 """gpomd as a process: starts, stops, kills, configuration, memory; and what looks at it."""
+import contextlib
+import ctypes
 import math
 import os
-import random
+import pathlib
 import re
 import resource
+import select
 import signal
 import socket
 import subprocess
-import sys
 import time
 
 import pytest
-from conftest import (BUILD, ROOT, T0_US, URL, config_text, encoded, library_cells, own_network,
-                      replay, run, scan, tool, wait_for_map, wait_for_status, wait_until)
+from conftest import (PATIENCE_S, ROOT, T0_US, URL, config_text, encoded, library_cells,
+                      own_network, replay, run, scan, tool, wait_for_map, wait_for_status,
+                      wait_until)
 from gpom_watch import Watch
 
 # ---- the process --------------------------------------------------------------------------------
@@ -55,6 +58,53 @@ def test_systemd_hears_that_it_is_ready_alive_and_stopping(start, tmp_path):
         assert daemon.stop() == 0
         while heard[-1] != b"STOPPING=1":
             heard.append(listener.recv(100))
+
+
+PTRACE_DETACH, PTRACE_SEIZE, PTRACE_INTERRUPT, WAIT_FOR_THREADS = 17, 0x4206, 0x4207, 0x40000000
+
+
+@contextlib.contextmanager
+def stalled(process, name):
+    """Hold one thread of a child process, by its name, as a debugger does."""
+    ptrace = ctypes.CDLL(None, use_errno=True).ptrace
+    ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+    tasks = pathlib.Path(f"/proc/{process.pid}/task")
+    thread, = [int(task.name) for task in tasks.iterdir()
+               if (task / "comm").read_text().strip() == name]
+    if ptrace(PTRACE_SEIZE, thread, None, None) != 0:
+        pytest.skip(f"no ptrace here: {os.strerror(ctypes.get_errno())}")
+    assert ptrace(PTRACE_INTERRUPT, thread, None, None) == 0
+    os.waitpid(thread, WAIT_FOR_THREADS)
+    try:
+        yield
+    finally:
+        assert ptrace(PTRACE_DETACH, thread, None, None) == 0
+
+
+def heard_in(listener, seconds):
+    """How many messages come in so long."""
+    end, n = time.monotonic() + seconds, 0
+    while (left := end - time.monotonic()) > 0:
+        n += len(select.select([listener], [], [], left)[0]) and len(listener.recv(100)) > 0
+    return n
+
+
+@pytest.mark.parametrize("thread", ["mapping", "receiver", "publisher"])
+def test_the_watchdog_is_not_fed_while_a_thread_is_stalled(thread, start, tmp_path):
+    """The others go on meanwhile, and so must a daemon whose thread goes on."""
+    path = str(tmp_path / "notify")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(path)
+        listener.settimeout(PATIENCE_S)
+        daemon = start(environment={"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "300000"})
+        assert [listener.recv(100) for _ in range(2)] == [b"READY=1", b"WATCHDOG=1"]
+        with stalled(daemon.process, thread):
+            assert heard_in(listener, 1.0) <= 1  # one from before it was stalled
+            watch = Watch(URL)
+            wait_until(watch, lambda: watch.status is not None)  # the process itself lives
+        for _ in range(3):
+            assert listener.recv(100) == b"WATCHDOG=1"
+        assert daemon.stop() == 0
 
 
 def test_the_unit_file_is_valid(tmp_path):
@@ -124,13 +174,15 @@ def test_the_shipped_configuration_is_good_and_says_the_defaults(tmp_path):
     assert again.stdout.split(";")[0] == done.stdout.split(";")[0]
 
 
-def test_without_a_multicast_route_it_says_so_in_one_sentence(tmp_path):
+def test_without_a_multicast_route_all_say_so_in_one_sentence(street, tmp_path):
     path = tmp_path / "gpomd.toml"
     path.write_text(config_text())
     os.close(own_network()[0])  # a fresh one, where nothing is set up; network() leads back
-    done = run("gpomd", "--config", path)
-    assert done.returncode == 2 and done.stderr.count("\n") == 1
-    assert "ip route add 224.0.0.0/4 dev lo" in done.stderr
+    for command in (["gpomd", "--config", path], ["gpom-watch", "--seconds", 1],
+                    ["gpom-replay", street]):
+        done = run(*command)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+        assert "ip route add 224.0.0.0/4 dev lo" in done.stderr
 
 
 @pytest.mark.parametrize("url, text", [
@@ -181,25 +233,6 @@ def test_a_stopped_daemon_s_map_is_there_again_after_the_start(start, street, tm
     assert abs(watch.map.tile.stamp_us - stamp_us) < 1000 and math.isnan(watch.map.tile.pose[0])
 
 
-def test_a_daemon_killed_at_any_moment_comes_back_with_the_last_snapshot(start, street, tmp_path):
-    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 0.1'
-    rng, n_known = random.Random(3), 0
-    for i in range(8):
-        daemon, watch = start(rest=snapshot), Watch(URL)
-        if i > 0:
-            n_beams, sequence = restored(daemon)
-            assert sequence >= n_known and n_beams > 0
-            n_known = sequence
-        sender = subprocess.Popen([tool("gpom-replay"), street, "--rate", "20"],
-                                  stdout=subprocess.DEVNULL)
-        wait_until(watch, lambda w=watch: w.status is not None
-                   and w.status["counts"]["snapshots_written"] > 0 and w.status["n_beams"] > 0)
-        watch.collect(rng.uniform(0.0, 0.2))
-        n_known += watch.status["counts"]["snapshots_written"]
-        daemon.stop(signal.SIGKILL)
-        sender.wait(20)
-
-
 def test_a_snapshot_that_cannot_be_written_is_counted(start, peer, tmp_path):
     """And the older one stays."""
     snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 0.1'
@@ -221,6 +254,17 @@ def test_a_snapshot_folder_that_is_not_there_is_named(tmp_path):
     assert done.returncode == 2 and f"{tmp_path}/none/map.0: cannot open" in done.stderr
 
 
+def test_two_daemons_do_not_write_the_same_snapshots(start, tmp_path):
+    """The second one says so and leaves; after the first one's end, killed or not, it may."""
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 1000'
+    for how, code in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGTERM, 0)):
+        daemon = start(rest=snapshot)
+        second = run("gpomd", "--config", daemon.config)
+        assert second.returncode == 2 and second.stderr.count("\n") == 1
+        assert f"{tmp_path}/map.0: another process writes its snapshots here" in second.stderr
+        assert daemon.stop(how) == code
+
+
 # ---- gpom-watch ---------------------------------------------------------------------------------
 
 def test_gpom_watch_draws_the_map_and_prints_it(start, street, tmp_path):
@@ -239,38 +283,3 @@ def test_gpom_watch_draws_the_map_and_prints_it(start, street, tmp_path):
 def test_gpom_watch_says_when_nothing_comes():
     done = run("gpom-watch", "--status", "--seconds", "0.5")
     assert done.returncode == 2 and "gpomd is not running" in done.stderr
-
-
-# ---- examples for subscribers -------------------------------------------------------------------
-
-def c_example(tmp_path):
-    program = tmp_path / "subscribe_map"
-    subprocess.run(["cc", "-std=c99", "-Wall", "-Werror", "-I.", "-Iinclude",
-                    "tools/examples/subscribe_map.c", tool("libgpom_codec.a"), "-llcm", "-lm",
-                    "-o", program], check=True, cwd=ROOT, timeout=60)
-    return [program]
-
-
-def python_example(_):
-    return [sys.executable, ROOT / "tools" / "examples" / "subscribe_map.py"]
-
-
-@pytest.mark.parametrize("example", [c_example, python_example])
-def test_the_examples_show_the_map_and_say_when_it_is_stale(example, start, peer, tmp_path):
-    command, output = example(tmp_path), tmp_path / "output"
-    start(publish="keyframe_s = 0.2")
-    watch = Watch(URL)
-    with output.open("w") as file:
-        shown = subprocess.Popen([*command, URL], stdout=file,
-                                 env={**os.environ, "PYTHONPATH": str(BUILD / "lcm" / "python")})
-    try:
-        now_us = int(time.time() * 1e6)
-        watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0, utime=now_us)))
-        wait_until(watch, lambda: "age 0" in output.read_text()
-                   and output.read_text().splitlines()[-1].startswith("stale"))
-        occupied = int((watch.map.classes() == 2).sum())
-        wait_until(watch, lambda: f"{occupied} occupied" in output.read_text())
-        assert occupied > 0
-    finally:
-        shown.kill()
-        shown.wait(10)

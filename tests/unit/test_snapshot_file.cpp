@@ -77,3 +77,15 @@ TEST_CASE("files that cannot be opened are named")
     const std::string path = folder.file() + "/of/no/folder";
     CHECK_THROWS_AS(gpom_tools::SnapshotFile(path, 300, true), gpom_tools::FileError);
 }
+
+// Who writes has the files for itself; who reads may do so meanwhile.
+TEST_CASE("files that another one writes are refused")
+{
+    const TestFolder folder;
+    {
+        const gpom_tools::SnapshotFile first(folder.file(), 300, true);
+        CHECK_THROWS_AS(gpom_tools::SnapshotFile(folder.file(), 300, true), gpom_tools::FileError);
+        CHECK_NOTHROW(gpom_tools::SnapshotFile(folder.file(), 300, false));
+    }
+    CHECK_NOTHROW(gpom_tools::SnapshotFile(folder.file(), 300, true));
+}

@@ -3,6 +3,7 @@
 #include "tools/lib/file_error.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -52,6 +53,14 @@ SnapshotFile::SnapshotFile(const std::string &path, uint32_t beam_max, bool for_
         }
     }
     if (for_writing) {
+        if (flock(fds_[0], LOCK_EX | LOCK_NB) != 0) { // the system gives it back, however we end
+            const bool is_taken = errno == EWOULDBLOCK;
+            close_all();
+            throw FileError(path + ".0", 0,
+                            is_taken ? "another process writes its snapshots here; give each its "
+                                       "own path, or stop the other"
+                                     : "cannot lock this file");
+        }
         folder_fd_ = open(folder_of(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
         if (folder_fd_ < 0) {
             const int error = errno;

@@ -12,10 +12,10 @@ namespace gpom_tools
 /// The two slots PATH.0 and PATH.1. Blocks are written in place: no temporary file is needed, since
 /// the snapshot in the other slot stays whole. The flush at the end is fsync() of the slot and of
 /// its folder, so that a snapshot that was reported as done is there after a loss of power, as far
-/// as the disk keeps its word. One process at a time.
+/// as the disk keeps its word. One process at a time may write: the first slot is locked.
 class SnapshotFile {
 public:
-    /// Open, and for writing create, both files. Throws FileError.
+    /// Open, and for writing create and lock, both files. Throws FileError.
     SnapshotFile(const std::string &path, uint32_t beam_max, bool for_writing);
     ~SnapshotFile();
     SnapshotFile(const SnapshotFile &) = delete;

@@ -1,0 +1,149 @@
+"""gpomd under load and under the axe. Short in the tests; at full length by `make soak`.
+
+GPOM_SOAK_S   seconds of 200 scans a second, default 6 (the soak: 600)
+GPOM_KILLS    times that the daemon is killed, default 8 (the soak: 200)
+What depends on the machine's speed is printed, not judged: pytest -s shows it.
+"""
+import os
+import random
+import re
+import signal
+import subprocess
+import time
+
+import numpy as np
+from conftest import ROOT, URL, run, tool, wait_until
+from gpom_watch import Watch
+
+SOAK_S = float(os.environ.get("GPOM_SOAK_S") or 6)
+N_KILLS = int(os.environ.get("GPOM_KILLS") or 8)
+SCANS_HZ, N_BEAMS = 200, 360
+SHIPPED = ROOT / "ports" / "linux" / "gpomd.toml"
+
+
+class Sender:
+    """gpom-replay on a street that is driven there and back, in real time, until it is stopped."""
+
+    def __init__(self, folder, hz, beams, processors=()):
+        path = folder / "street.csv"
+        done = run("gpom-sim", "--scans", 2000, "--beams", beams, "--fov-deg", 270, "--step", 0.1,
+                   "--there-and-back", "--out", path)
+        assert done.returncode == 0, done.stderr
+        extent = run("gpom-replay", path, "--extent").stdout.split()
+        rate = hz * float(extent[4]) / (int(extent[5]) - 1)
+        self.process = subprocess.Popen(
+            [*processors, tool("gpom-replay"), path, "--now", "--repeat", "1000000", "--rate",
+             str(rate)], stdout=subprocess.DEVNULL)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait(10)
+
+
+def on_processor(number):
+    return ["taskset", "-c", str(number)]
+
+
+class Ages:
+    """How old the newest scan in the map is, as a subscriber sees it at any moment."""
+
+    def __init__(self, watch):
+        self.arrivals = []
+        watch.bus.subscribe("GPOM_MAP", lambda _, data: self.arrivals.append(
+            (time.time(), int.from_bytes(data[8:16], "big") / 1e6))).set_queue_capacity(0)
+
+    def percentiles(self, *wanted):
+        """Of the age [s] at moments 1 ms apart."""
+        arrived, stamps = np.array(self.arrivals).T
+        moments = np.arange(arrived[0], arrived[-1], 1e-3)
+        newest = stamps[np.searchsorted(arrived, moments, side="right") - 1]
+        return np.percentile(moments - newest, wanted)
+
+
+def processor_seconds(pid):
+    fields = open(f"/proc/{pid}/stat", encoding="ascii").read().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def test_no_scan_is_lost_at_200_a_second_on_one_processor(start, tmp_path):
+    """360 beams each, and memory stays flat. As shipped, but with a queue of 2.5 s: what else runs
+    on this machine may hold the daemon up for longer than the 0.3 s of the default."""
+    *others, own = sorted(os.sched_getaffinity(0))
+    text = SHIPPED.read_text().replace("../..", str(ROOT))
+    for key, value in (("# [intake]", "[intake]"), ("# queue_scans = 64", "queue_scans = 512")):
+        assert key in text
+        text = text.replace(key, value)
+    daemon = start(text=text, before=on_processor(own))
+    watch = Watch(URL)
+    ages, states = Ages(watch), []
+    with Sender(tmp_path, SCANS_HZ, N_BEAMS, on_processor(others[0]) if others else ()):
+        wait_until(watch, lambda: watch.status and watch.status["counts"]["scans_inserted"] > 400)
+        del ages.arrivals[:]
+        used_s, began_s = processor_seconds(daemon.process.pid), time.monotonic()
+        first = watch.status
+        while (passed_s := time.monotonic() - began_s) < SOAK_S:
+            watch.collect(min(1.0, SOAK_S - passed_s))
+            states.append(watch.status)
+        used_s = processor_seconds(daemon.process.pid) - used_s
+        p50, p99, most = ages.percentiles(50, 99, 100)
+    watch.collect(1.5)
+    counts, last = watch.status["counts"], states[-1]
+    n_scans = last["counts"]["scans_inserted"] - first["counts"]["scans_inserted"]
+    hz = 1e6 * n_scans / (last["stamp_us"] - first["stamp_us"])
+    grown = max(state["process_bytes"] for state in states) - first["process_bytes"]
+    lags = [state["scan_lag_max_s"] for state in states]
+    print(f"\n{passed_s:.0f} s, {counts['scans_inserted']} scans of {N_BEAMS} beams, {hz:.1f} a "
+          f"second; {100 * used_s / passed_s:.0f} % of one processor\n"
+          f"map age: median {1e3 * p50:.0f} ms, 99 % {1e3 * p99:.0f} ms, most {1e3 * most:.0f} ms; "
+          f"insertion at most {1e3 * max(lags):.0f} ms after the stamp\n"
+          f"memory: {first['process_bytes'] / 1e6:.1f} MB, grown by {grown} bytes; "
+          f"load {os.getloadavg()[0]:.1f}\n"
+          f"lost on the way {counts['scans_lost']}, overrun {counts['scans_overrun']}")
+    assert counts["scans_overrun"] == 0
+    assert counts["scans_received"] == counts["scans_inserted"]
+    assert counts["scans_lost"] < 0.01 * counts["scans_received"]  # where it gets no processor
+    assert grown < 2_000_000  # liblcm's buffers
+
+
+def restored(daemon):
+    """(beams, sequence, age [s]) of the snapshot that a daemon said it restored."""
+    found = re.search(r"restored (\d+) beams from snapshot (\d+), the newest ([\d.]+) s",
+                      "".join(daemon.lines))
+    assert found, daemon.lines
+    return int(found[1]), int(found[2]), float(found[3])
+
+
+def test_a_daemon_killed_at_any_moment_comes_back_with_the_last_snapshot(start, tmp_path):
+    """Nothing that was reported as written is missing, and what is there is whole."""
+    period_s = 0.25
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = {period_s}'
+    rng, n_known, starts_s, losses_s = random.Random(3), 0, [], []
+    watch = Watch(URL)
+
+    def counts_of_this_one():
+        """Of a status that the daemon started last has sent, once it has written a snapshot."""
+        state = watch.status
+        is_its_own = state is not None and state["uptime_s"] < time.monotonic() - began_s
+        return state["counts"] if is_its_own and state["n_beams"] > 0 else {}
+    with Sender(tmp_path, 50, 91):
+        for i in range(N_KILLS + 1):
+            watch.status, began_s = None, time.monotonic()
+            daemon = start(rest=snapshot, map="beam_max = 8000\nold_s = 10")
+            if i > 0:
+                starts_s.append(time.monotonic() - began_s)
+                n_beams, sequence, age_s = restored(daemon)
+                losses_s.append(killed_s - (time.time() - age_s))
+                assert sequence >= n_known and n_beams > 0
+                n_known = sequence
+            wait_until(watch, lambda: counts_of_this_one().get("snapshots_written", 0) > 0)
+            watch.collect(rng.uniform(0.0, 2 * period_s))
+            n_known += counts_of_this_one()["snapshots_written"]
+            assert watch.status["counts"]["snapshots_failed"] == 0
+            killed_s = time.time()
+            daemon.stop(signal.SIGKILL)
+    print(f"\nkilled {N_KILLS} times: ready again after {np.mean(starts_s):.3f} s, at most "
+          f"{max(starts_s):.3f} s; at most {max(losses_s):.3f} s lost of a period of {period_s} s, "
+          f"median {np.median(losses_s):.3f} s; load {os.getloadavg()[0]:.1f}")

@@ -1,0 +1,88 @@
+"""gpom-replay, and the five minutes of ports/linux/README.md as a newcomer would spend them."""
+import gzip
+import re
+import subprocess
+
+import pytest
+from conftest import BUILD, ROOT, URL, run, wait_until
+from gpom_watch import Watch
+
+PLACES_M = (10.0, 10.5, 11.0)
+
+
+def carmen_log(n_beams=181):
+    """A robot that drives along x and sees a wall 5 m around; times of the logger."""
+    lines = ["# a comment", "ODOM 1 2 3"]
+    for i, x_m in enumerate(PLACES_M):
+        ranges = " ".join(["5.0"] * n_beams)
+        lines.append(f"FLASER {n_beams} {ranges} {x_m} 80.0 0.0 0 0 0 {100.0 + i} robot {i}.0")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("name", ["log.carmen", "log.carmen.gz"])
+def test_a_carmen_log_is_sent_scan_by_scan(name, peer, tmp_path):
+    path = tmp_path / name
+    (gzip.open if name.endswith("gz") else open)(path, "wt").write(carmen_log())
+    watch, scans = Watch(URL), []
+    watch.bus.subscribe("GPOM_SCAN", lambda _, data: scans.append(
+        peer.type("gpom.scan_t").decode(data)))
+    done = run("gpom-replay", path, "--rate", 100, "--sensor-id", 7, "--repeat", 2)
+    assert done.returncode == 0 and done.stdout == "gpom-replay: 6 messages sent\n"
+    wait_until(watch, lambda: len(scans) == 6)
+    assert [scan.pose[0] for scan in scans] == [*PLACES_M, *PLACES_M]
+    assert [scan.sequence for scan in scans] == list(range(6))
+    assert [scan.utime for scan in scans] == [10**6 * t for t in range(100, 106)]  # time goes on
+    assert {(scan.sensor_id, scan.n_ranges, scan.ranges[90]) for scan in scans} == {(7, 181, 5.0)}
+
+
+def test_stamps_of_now_follow_the_rate(peer, tmp_path):
+    """At ten times the speed, scans that were a second apart are stamped 0.1 s apart."""
+    path = tmp_path / "log.carmen"
+    path.write_text(carmen_log())
+    watch, stamps = Watch(URL), []
+    watch.bus.subscribe("GPOM_SCAN", lambda _, data: stamps.append(
+        peer.type("gpom.scan_t").decode(data).utime))
+    assert run("gpom-replay", path, "--rate", 10, "--now").returncode == 0
+    wait_until(watch, lambda: len(stamps) == 3)
+    assert [stamp - stamps[0] for stamp in stamps] == [0, 100_000, 200_000]
+
+
+@pytest.mark.parametrize("content, options, text", [
+    ("", [], "log:1: no scans in this file; need CSV scans or CARMEN FLASER lines"),
+    ("what is this", [], "log:1: scan has 1 fields; need t,x,y,theta"),
+    (carmen_log(), ["--channel", "A"], "--channel: only for an LCM event log"),
+    (carmen_log(), ["--family", "ros"], "--family: ros not in {gpom,bot_core,mbot}"),
+    (carmen_log(), ["--rate", "0"], "--rate: "),
+    (carmen_log(), ["--url", "udpm://1.2.3.4:7667"], "the address is not one of multicast"),
+    ("\xed\xa1\xda\x01", ["--now"], "--now, --repeat: not for an LCM event log")])
+def test_gpom_replay_says_in_one_line_what_is_wrong(content, options, text, tmp_path):
+    path = tmp_path / "log"
+    path.write_bytes(content.encode("latin-1"))
+    done = run("gpom-replay", path, *options)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and text in done.stderr
+
+
+@pytest.mark.parametrize("tool", ["gpomd", "gpom-replay", "gpom-watch"])
+def test_help_names_every_option(tool):
+    done = run(tool, "--help")
+    assert done.returncode == 0 and done.stderr == "" and "--" in done.stdout
+    assert max(map(len, done.stdout.splitlines())) <= 200
+
+
+def test_the_five_minutes_of_the_readme_work(tmp_path):
+    """Its commands as they stand there, but for building and the network, which are there."""
+    text = (ROOT / "ports" / "linux" / "README.md").read_text()
+    block = re.search(r"Five minutes\n-+\n\n((    .*\n)+)", text)[1]
+    commands = [line.split(" #")[0].strip() for line in block.splitlines()]
+    assert commands[0].startswith("make ") and commands[1].startswith("sudo ip link set lo up")
+    script = "\n".join(commands[2:]).replace("build/host-release", str(BUILD))
+    for word, instead in (("scans.csv", f"{tmp_path}/scans.csv"), ("--rate 5", "--rate 20"),
+                          ("gpom-watch", "gpom-watch --seconds 6")):
+        assert word in script
+        script = script.replace(word, instead)
+    done = subprocess.run(["bash", "-ec", script + "\nwait"], cwd=ROOT, text=True, timeout=60,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    assert done.returncode == 0, done.stdout
+    for line in "gpomd: ready on", "220 messages sent", "0 losses", "stopped after 220 scans":
+        assert line in done.stdout, done.stdout
+    assert "#" in done.stdout and "R" in done.stdout

@@ -1,0 +1,129 @@
+#include "ports/linux/snapshots.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <memory>
+#include <thread>
+#include <vector>
+
+using namespace gpomd;
+
+namespace
+{
+
+/// Two slots of a disk that hangs in its first write until it is let go.
+class HungDisk {
+public:
+    explicit HungDisk(std::size_t slot_bytes) : slots_{Slot(slot_bytes), Slot(slot_bytes)} {}
+
+    gpom_snapshot_io_t io()
+    {
+        return {this, static_cast<std::uint32_t>(slots_[0].size()), read, write, nullptr};
+    }
+    void wait_until_hung()
+    {
+        std::unique_lock<std::mutex> lock(mutex_);
+        changed_.wait(lock, [this] { return is_hung_; });
+    }
+    void let_go()
+    {
+        {
+            const std::lock_guard<std::mutex> lock(mutex_);
+            is_free_ = true;
+        }
+        changed_.notify_all();
+    }
+
+private:
+    using Slot = std::vector<std::uint8_t>;
+
+    static gpom_status_t read(void *disk, std::uint32_t slot, std::uint32_t at, std::uint8_t *block)
+    {
+        const HungDisk &self = *static_cast<HungDisk *>(disk);
+        std::memcpy(block, self.slots_[slot].data() + at, GPOM_SNAPSHOT_BLOCK_BYTES);
+        return GPOM_OK;
+    }
+    static gpom_status_t write(void *disk, std::uint32_t slot, std::uint32_t at,
+                               const std::uint8_t *block)
+    {
+        HungDisk &self = *static_cast<HungDisk *>(disk);
+        std::unique_lock<std::mutex> lock(self.mutex_);
+        self.is_hung_ = true;
+        self.changed_.notify_all();
+        self.changed_.wait(lock, [&self] { return self.is_free_; });
+        std::memcpy(self.slots_[slot].data() + at, block, GPOM_SNAPSHOT_BLOCK_BYTES);
+        return GPOM_OK;
+    }
+
+    Slot slots_[2];
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    bool is_hung_ = false;
+    bool is_free_ = false;
+};
+
+/// A map of its own memory, and the snapshots of it.
+struct Snapped {
+    std::unique_ptr<Config> config = std::make_unique<Config>();
+    Counts counts;
+    Snapshots snapshots;
+    Memory memory;
+    std::vector<std::uint64_t> map_memory;
+    gpom_map_t *map = nullptr;
+
+    explicit Snapped(const gpom_snapshot_io_t &disk)
+    {
+        gpom_config_init(&config->map);
+        std::strcpy(config->snapshot_path, "on a disk");
+        config->snapshot_period_us = 1000;
+        map_memory.resize(gpom_map_bytes(&config->map) / 8 + 1);
+        REQUIRE(gpom_map_init(&map, &config->map, map_memory.data(), 8 * map_memory.size()) ==
+                GPOM_OK);
+        REQUIRE(memory.reserve(Snapshots::need(*config)));
+        snapshots.init(*config, memory, disk, counts);
+    }
+
+    void see_something(std::int64_t stamp_us)
+    {
+        gpom_sensor_t sensor;
+        gpom_sensor_init(&sensor);
+        const float range_m = 5.0f;
+        const gpom_scan_t scan = {stamp_us, 1e-3 * static_cast<double>(stamp_us), 0.0, &range_m, 1};
+        const gpom_pose_t pose = {0.0, 0.0, 0.0, nullptr};
+        REQUIRE(gpom_scan_insert(map, &scan, &sensor, &pose) == GPOM_OK);
+    }
+};
+
+} // namespace
+
+// While the disk hangs, the mapping thread's turns come back and take no second snapshot; once the
+// disk goes on, that one is written, and the next one has what came meanwhile.
+TEST_CASE("a disk that hangs does not hold the mapping thread")
+{
+    HungDisk disk(GPOM_SNAPSHOT_SLOT_BYTES(1024));
+    Snapped snapped(disk.io());
+    std::thread writer([&] { snapped.snapshots.run(); });
+    std::int64_t now_us = 1;
+    for (bool is_taken = false; !is_taken; now_us += 500) {
+        const bool was_writing = snapped.snapshots.step(snapped.map, now_us);
+        is_taken = now_us > 1000 && !was_writing;
+    }
+    disk.wait_until_hung();
+    for (int i = 0; i < 500; ++i, now_us += 500) {
+        snapped.see_something(now_us);
+        REQUIRE(!snapped.snapshots.step(snapped.map, now_us));
+    }
+    CHECK(snapped.counts[GPOM_WIRE_SNAPSHOTS_WRITTEN] == 0);
+    disk.let_go();
+    snapped.snapshots.finish(snapped.map);
+    snapped.snapshots.stop();
+    writer.join();
+    CHECK(snapped.counts[GPOM_WIRE_SNAPSHOTS_WRITTEN] == 2);
+    CHECK(snapped.counts[GPOM_WIRE_SNAPSHOTS_FAILED] == 0);
+    Snapped again(disk.io());
+    gpom_snapshot_report_t report = {};
+    REQUIRE(again.snapshots.restore(again.map, report));
+    CHECK(report.sequence == 2);
+    CHECK(report.n_beams == 500);
+}

@@ -1,0 +1,201 @@
+// Scans whose beams have bearings and poses of their own: each beam where it was measured, all of
+// them one scan.
+#include "tests/unit/reference.hpp"
+
+using namespace reference;
+
+namespace
+{
+
+/// A sweep that holds its own arrays.
+struct TestSweep {
+    gpom_sensor_t sensor;
+    gpom_pose_t pose = {0.0, 0.0, 0.0, nullptr};
+    std::vector<float> ranges_m, bearings_rad;
+    std::vector<gpom_pose_t> poses;
+    std::int64_t stamp_us = 0;
+
+    TestSweep() { gpom_sensor_init(&sensor); }
+
+    /// A scan, as a sweep whose beams all have its pose.
+    explicit TestSweep(const TestScan &scan)
+        : sensor(scan.sensor), pose(scan.pose), ranges_m(scan.ranges_m),
+          poses(scan.ranges_m.size(), scan.pose), stamp_us(scan.stamp_us)
+    {
+        for (std::size_t i = 0; i < ranges_m.size(); ++i) {
+            bearings_rad.push_back(static_cast<float>(
+                scan.angle_min_rad + static_cast<double>(i) * scan.angle_step_rad));
+        }
+    }
+
+    void add(float range_m, float bearing_rad, const gpom_pose_t &own)
+    {
+        ranges_m.push_back(range_m);
+        bearings_rad.push_back(bearing_rad);
+        poses.push_back(own);
+    }
+
+    gpom_status_t insert_into(gpom_map_t *map) const
+    {
+        const gpom_sweep_t raw = {stamp_us, ranges_m.data(), bearings_rad.data(), poses.data(),
+                                  static_cast<std::uint32_t>(ranges_m.size())};
+        return gpom_sweep_insert(map, &raw, &sensor, &pose);
+    }
+};
+
+/// A live map whose queries take two points of a scan at most.
+gpom_config_t capped_config(float keep_m)
+{
+    gpom_config_t config = config_of(params_of(GPOM_KERNEL_MATERN12), 2048);
+    config.params.scan_points_max = 2;
+    config.keep_m = keep_m;
+    config.clear_scans = keep_m > 0.0f ? 3 : 0;
+    return config;
+}
+
+template <class Type> bool same_bytes(const std::vector<Type> &a, const std::vector<Type> &b)
+{
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Type)) == 0;
+}
+
+bool same_maps(TestMap &a, TestMap &b)
+{
+    const gpom_stats_t stats_a = a.stats(), stats_b = b.stats();
+    const std::vector<gpom_point_t> points = random_points(162, 200, 25.0);
+    return std::memcmp(&stats_a, &stats_b, sizeof stats_a) == 0 &&
+           same_bytes(a.beams(), b.beams()) &&
+           same_bytes(query_points(a.get(), points).all, query_points(b.get(), points).all);
+}
+
+} // namespace
+
+// A sweep whose beams share one pose is the scan: same beams, counters and answers to the last bit,
+// whatever the mount, the covariance and the rules of keeping.
+TEST_CASE("a sweep from one pose is the scan, bit for bit")
+{
+    GPOM_TELL_SEED();
+    const float cov[9] = {1e-4f, 0, 0, 0, 1e-4f, 0, 0, 0, 1e-6f};
+    for (const float keep_m : {0.0f, 0.3f}) {
+        Random random(160);
+        TestMap scanned(capped_config(keep_m)), swept(capped_config(keep_m));
+        for (int i = 0; i < 25; ++i) {
+            TestScan scan = yard_scan(random, i / 3, {-10, 0});
+            scan.stamp_us = 100000 * i;
+            scan.angle_min_rad = 0.125 * random.below(40); // bearings that are exact in float32
+            scan.angle_step_rad = 0.125;
+            scan.sensor.x_m = random.uniform(-1, 1);
+            scan.sensor.yaw_rad = random.uniform(-4, 4);
+            scan.sensor.upside_down = i % 2 == 0 ? 1 : 0;
+            scan.pose.cov = i % 3 == 0 ? cov : nullptr;
+            REQUIRE(scan.insert_into(scanned.get()) == GPOM_OK);
+            REQUIRE(TestSweep(scan).insert_into(swept.get()) == GPOM_OK);
+        }
+        CHECK(same_maps(scanned, swept));
+    }
+}
+
+// Each beam of a sweep is the beam of a scan of its own from its pose, noise included; only the
+// count of scans and the time are those of the sweep.
+TEST_CASE("every beam of a sweep starts from its own pose")
+{
+    GPOM_TELL_SEED();
+    Random random(161);
+    const float cov[9] = {0.01f, 0, 0, 0, 0.02f, 0, 0, 0, 0.001f};
+    TestMap singles(capped_config(0.0f)), swept(capped_config(0.0f));
+    TestSweep sweep;
+    sweep.sensor.x_m = 0.7;
+    sweep.sensor.y_m = -0.3;
+    sweep.stamp_us = 5000000;
+    for (int i = 0; i < 40; ++i) {
+        TestScan single;
+        single.sensor = sweep.sensor;
+        single.stamp_us = sweep.stamp_us;
+        single.pose = {0.3 * i, random.uniform(-1, 1), random.uniform(-3, 3),
+                       i % 2 == 0 ? cov : nullptr};
+        single.ranges_m = {random.below(5) == 0 ? kInf : random.uniform_f(0.5, 14.0)};
+        const float bearing_rad = random.uniform_f(-3, 3);
+        single.angle_min_rad = static_cast<double>(bearing_rad);
+        REQUIRE(single.insert_into(singles.get()) == GPOM_OK);
+        sweep.add(single.ranges_m[0], bearing_rad, single.pose);
+    }
+    REQUIRE(sweep.insert_into(swept.get()) == GPOM_OK);
+    CHECK(same_bytes(singles.beams(), swept.beams()));
+    CHECK(singles.stats().scans_inserted == 40);
+    CHECK(swept.stats().scans_inserted == 1);
+}
+
+// The cap on points of one scan holds for a sweep as a whole.
+TEST_CASE("no query takes more points of a sweep than of a scan")
+{
+    gpom_config_t config = capped_config(0.0f);
+    config.params.n_hits = 8;
+    TestMap map(config);
+    TestSweep sweep;
+    for (int i = 0; i < 30; ++i) {
+        sweep.add(5.0f, 1.5f, {0.1 * i, 0.0, 0.0, nullptr});
+    }
+    REQUIRE(sweep.insert_into(map.get()) == GPOM_OK);
+    CHECK(query_points(map.get(), {{1.5, 4.5}}).all[0].n_hits == 2);
+    sweep.stamp_us = 100000;
+    REQUIRE(sweep.insert_into(map.get()) == GPOM_OK);
+    CHECK(query_points(map.get(), {{1.5, 4.5}}).all[0].n_hits == 4);
+}
+
+// One bad beam pose, bearing or place refuses the whole sweep, by cause, and changes nothing else.
+TEST_CASE("a sweep with one bad beam is refused whole")
+{
+    const auto check = [](const TestSweep &sweep, gpom_status_t status,
+                          std::uint64_t gpom_stats_t::*counter) {
+        TestMap map(capped_config(0.3f));
+        gpom_stats_t expected = map.stats();
+        if (counter != nullptr) {
+            ++(expected.*counter);
+        }
+        CHECK(sweep.insert_into(map.get()) == status);
+        const gpom_stats_t stats = map.stats();
+        CHECK(std::memcmp(&stats, &expected, sizeof stats) == 0);
+        CHECK(gpom_map_beam_count(map.get()) == 0);
+    };
+    TestSweep good;
+    for (int i = 0; i < 20; ++i) {
+        good.add(5.0f, 0.1f * static_cast<float>(i), {0.1 * i, 0.0, 0.0, nullptr});
+    }
+    for (const std::size_t i : {std::size_t{0}, std::size_t{19}}) {
+        TestSweep bad = good;
+        bad.poses[i].yaw_rad = static_cast<double>(kNan);
+        check(bad, GPOM_ERR_ARG, &gpom_stats_t::scans_bad_pose);
+        bad = good;
+        bad.poses[i].x_m = GPOM_REACH_M + 1.0;
+        check(bad, GPOM_ERR_REACH, &gpom_stats_t::scans_out_of_reach);
+        bad = good;
+        bad.bearings_rad[i] = kNan;
+        check(bad, GPOM_ERR_ARG, nullptr);
+    }
+    TestSweep bad = good;
+    bad.pose.x_m = static_cast<double>(kInf); // the robot's own, which no beam uses
+    check(bad, GPOM_ERR_ARG, &gpom_stats_t::scans_bad_pose);
+}
+
+// Null pointers and counts out of range are refused; a sweep without beams needs no arrays.
+TEST_CASE("a sweep without its arrays is refused")
+{
+    TestMap map(capped_config(0.0f));
+    gpom_sensor_t sensor;
+    gpom_sensor_init(&sensor);
+    const gpom_pose_t pose = {0.0, 0.0, 0.0, nullptr};
+    const float number = 1.0f;
+    const gpom_sweep_t good = {0, &number, &number, &pose, 1};
+    const auto insert = [&](const gpom_sweep_t &sweep) {
+        return gpom_sweep_insert(map.get(), &sweep, &sensor, &pose);
+    };
+    CHECK(insert(good) == GPOM_OK);
+    CHECK(insert({0, nullptr, nullptr, nullptr, 0}) == GPOM_OK);
+    CHECK(insert({0, nullptr, &number, &pose, 1}) == GPOM_ERR_ARG);
+    CHECK(insert({0, &number, nullptr, &pose, 1}) == GPOM_ERR_ARG);
+    CHECK(insert({0, &number, &number, nullptr, 1}) == GPOM_ERR_ARG);
+    CHECK(insert({0, &number, &number, &pose, GPOM_RANGES_MAX + 1}) == GPOM_ERR_ARG);
+    CHECK(gpom_sweep_insert(nullptr, &good, &sensor, &pose) == GPOM_ERR_ARG);
+    CHECK(gpom_sweep_insert(map.get(), nullptr, &sensor, &pose) == GPOM_ERR_ARG);
+    CHECK(gpom_sweep_insert(map.get(), &good, nullptr, &pose) == GPOM_ERR_ARG);
+    CHECK(gpom_sweep_insert(map.get(), &good, &sensor, nullptr) == GPOM_ERR_ARG);
+}
