@@ -101,6 +101,7 @@ ENDIAN_OBJ := $(call objects,$(wildcard tests/endian/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
+UART_OBJ  := $(call objects,$(wildcard ports/uart/*.c))
 # The daemon; what it shares with the tools are the readers of files.
 LINUX_OBJ := $(call objects,$(wildcard ports/linux/*.cpp))
 LINUX_LIB := $(filter-out %/gpomd.o,$(LINUX_OBJ)) \
@@ -232,7 +233,7 @@ linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/library-map $(BUILD)/linux_tests $
 
 codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 
-firmware-image: $(BUILD)/gpom_demo.elf $(BUILD)/libgpom_codec.a build/host-release/libicount.so
+firmware-image: $(BUILD)/gpom_demo.elf $(BUILD)/gpom_device.elf build/host-release/libicount.so
 
 build/setup/results: build/setup/python
 build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt
@@ -246,7 +247,7 @@ $(BUILD)/flags: FORCE
 
 $(CORE_OBJ) $(ISA_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
     $(PORT_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) \
-    $(CODEC_ECHO_OBJ): \
+    $(CODEC_ECHO_OBJ) $(UART_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
@@ -267,7 +268,7 @@ $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(BENCH_OBJ) $(LI
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
-$(CODEC_OBJ): $(BUILD)/obj/%.o: %.c
+$(CODEC_OBJ) $(UART_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(CODEC_FLAGS))
 $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS) -isystem $(BUILD)/lcm)
@@ -363,10 +364,18 @@ $(STREET)/street.h: tools/street_header.py tools/params/street.toml tests/firmwa
 $(PORT_OBJ): $(STREET)/street.h
 
 LD_SCRIPT := ports/cortex_m/mps2_an500.ld
-$(BUILD)/gpom_demo.elf: $(PORT_OBJ) $(BUILD)/libgpom.a $(LD_SCRIPT)
+CORTEX_M := $(BUILD)/obj/ports/cortex_m
+$(BUILD)/gpom_demo.elf: $(CORTEX_M)/main.o
+$(BUILD)/gpom_device.elf: $(CORTEX_M)/device_main.o $(CORTEX_M)/mps2.o $(BUILD)/libgpom_device.a \
+    $(BUILD)/libgpom_codec.a
+$(BUILD)/%.elf: $(CORTEX_M)/startup.o $(BUILD)/libgpom.a $(LD_SCRIPT)
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CC) $(CPU_FLAGS) --specs=nano.specs -nostartfiles -Wl,--gc-sections,--fatal-warnings \
-	    -Wl,-Map=$(@:.elf=.map) -T $(LD_SCRIPT) -o $@ $(PORT_OBJ) $(BUILD)/libgpom.a -lm
+	    -Wl,-Map=$(@:.elf=.map) -T $(LD_SCRIPT) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) \
+	    $(filter %_codec.a,$^) $(filter %gpom.a,$^) -lm
+$(BUILD)/libgpom_device.a: $(UART_OBJ)
+	$(if $(V),,@echo "  AR   $@")
+	$(Q)rm -f $@ && $(AR) crs $@ $^
 
 # QEMU loads this into itself, so it is always for the host.
 build/host-release/libicount.so: ports/cortex_m/icount_plugin.c | build/setup/base
