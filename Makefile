@@ -86,7 +86,7 @@ PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
 objects = $(patsubst %,$(BUILD)/obj/%.o,$(basename $(1)))
 
 CORE_OBJ  := $(call objects,$(wildcard src/*.cpp))
-LCM_TOOL_SRC := tools/gpom_replay.cpp # these need liblcm: built with the daemon
+LCM_TOOL_SRC := tools/gpom_replay.cpp tools/gpom_bridge.cpp # need liblcm: built with the daemon
 TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
 # The hot path once more for each instruction set, in a namespace of its own.
 ISA_avx2   := -Dgpom=gpom_avx2 -UGPOM_LANES -DGPOM_LANES=8 -UGPOM_FMA -DGPOM_FMA=1 -mavx2 -mfma
@@ -107,7 +107,8 @@ LINUX_OBJ := $(call objects,$(wildcard ports/linux/*.cpp))
 LINUX_LIB := $(filter-out %/gpomd.o,$(LINUX_OBJ)) \
              $(call objects,tools/lib/params_toml tools/lib/toml_table tools/lib/snapshot_file)
 LCM_TOOL_OBJ := $(call objects,$(LCM_TOOL_SRC) $(wildcard tests/linux/*.cpp))
-LCM_TOOLS := $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/library-map $(BUILD)/linux_tests
+LCM_TOOLS := $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/library-map $(BUILD)/linux_tests \
+             $(BUILD)/gpom-bridge
 CODEC_SRC := $(wildcard ports/codec/*.c)
 CODEC_OBJ := $(call objects,$(CODEC_SRC))
 FUZZERS   := $(patsubst tests/fuzz/%.cpp,build/host-fuzz/%,$(wildcard tests/fuzz/*.cpp))
@@ -144,7 +145,7 @@ codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS=
 bench-insert: tools ## Time inserting scans into a map of 20,000 beams
 	$(Q)$(BUILD)/gpom-live insert --params tools/params/street.toml
 
-gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build the LCM daemon and its tools
+gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch $(BUILD)/gpom-bridge ## Build the LCM daemon and its tools
 
 demo-lcm: gpomd $(BUILD)/gpom-sim ## Replay a street or LOG over LCM into gpomd: build/demo-lcm
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
@@ -159,8 +160,7 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
-test-all: build/setup/lint firmware fuzzers count-queries ## Run `test`, firmware, fuzz, lint
-	$(Q)$(MAKE) CPU=cortex-m4 firmware
+test-all: build/setup/lint test-firmware-programs fuzzers count-queries ## Also firmware, fuzz, lint
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
@@ -188,9 +188,11 @@ check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in lib
 firmware: build/setup/firmware ## Build library and demo image for CPU (cortex-m7, cortex-m4)
 	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=$(CPU) firmware-image
 
-test-firmware: firmware ## Run the image in QEMU: result, instruction counts, sizes, stack
-	$(Q)$(MAKE) CPU=cortex-m4 firmware
+test-firmware: test-firmware-programs ## Run the images in QEMU: results, counts, sizes, stack
 	$(Q)$(RUN_TESTS) firmware
+
+demo-firmware: firmware firmware-host ## A street over LCM and a UART into QEMU: build/demo-firmware
+	$(Q)GPOM_BUILD=$(abspath $(BUILD)) tools/demo_firmware
 
 clean: ## Remove what was built, keep the installed Python environment
 	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/s390x-linux-gnu-*
@@ -201,6 +203,7 @@ distclean: ## Remove build/ whole
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
         demo-lcm results fuzz test test-all lint format check-symbols firmware test-firmware clean \
         distclean test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image \
+        firmware-host test-firmware-programs demo-firmware \
         FORCE
 .DEFAULT_GOAL := help
 
@@ -232,6 +235,15 @@ endian: $(BUILD)/snapshot_bytes
 linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/library-map $(BUILD)/linux_tests $(BUILD)/lcm/stamp
 
 codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
+
+# The PC's scalar path: one lane, multiply-adds fused, as on the microcontroller.
+FUSED := build/host-fused
+firmware-host: gpomd $(BUILD)/gpom-query build/setup/python
+	$(Q)$(MAKE) CROSS= CPU= CONFIG=release LANES=1 FMA=1 BUILD=$(FUSED) $(FUSED)/gpom-query \
+	    $(FUSED)/library-map
+
+test-firmware-programs: firmware firmware-host
+	$(Q)$(MAKE) CPU=cortex-m4 firmware
 
 firmware-image: $(BUILD)/gpom_demo.elf $(BUILD)/gpom_device.elf build/host-release/libicount.so
 
@@ -314,14 +326,16 @@ $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)
 $(BUILD)/gpomd: $(BUILD)/obj/ports/linux/gpomd.o $(LINUX_LIB)
 $(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
     $(call objects,tools/lib/scan_log tools/lib/text_lines)
+$(BUILD)/gpom-bridge: $(call objects,tools/gpom_bridge tools/lib/serial_line ports/linux/bus) \
+    $(BUILD)/libgpom_device.a
 $(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) \
     $(call objects,tools/lib/scan_log tools/lib/text_lines)
 $(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/unit/main.cpp) \
     $(LINUX_LIB)
 $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_codec.a,$^) $(filter %gpom.a,$^) \
-	    -llcm -lz
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) \
+	    $(filter %_codec.a,$^) $(filter %gpom.a,$^) -llcm -lz
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
 $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SRC) \

@@ -200,6 +200,7 @@ def run_firmware(results):
         return
     for name in names.splitlines():
         run_check(results, f"firmware: {name}", ["tests/firmware/check.py", name], show=True)
+    run_pytest(results, "firmware")
 
 
 def fuzz_targets(results):

@@ -48,7 +48,7 @@ static volatile uint32_t n_overruns;
 __attribute__((section(".kept"))) static struct {
     uint32_t key;
     uint32_t n_resets;
-    uint32_t is_starting; /* 1: a reset by the watchdog is due */
+    uint32_t is_hanging; /* 1: a reset by the watchdog is due */
 } kept;
 
 static uint32_t ticks_before; /* timer's count at the last look */
@@ -89,13 +89,19 @@ void uart0_transmit_entry(void)
 /* Its only purpose is to end mps2_sleep(). */
 void systick_entry(void) {}
 
-/* The watchdog's first call: the main loop hangs. Note it, and let the second one reset. */
-void nmi_entry(void)
+/* Never inlined: a test puts the processor here to see what the watchdog does. */
+__attribute__((noinline)) static void wait_for_ever(void)
 {
-    kept.is_starting = 1;
     for (;;) {
         __asm__ volatile("");
     }
+}
+
+/* The watchdog's first call: the main loop hangs. Note it, and let the second one reset. */
+void nmi_entry(void)
+{
+    kept.is_hanging = 1;
+    wait_for_ever();
 }
 
 void mps2_init(void)
@@ -103,10 +109,10 @@ void mps2_init(void)
     if (kept.key != KEPT_KEY) {
         kept.key = KEPT_KEY;
         kept.n_resets = 0;
-    } else if (kept.is_starting != 0) {
+    } else if (kept.is_hanging != 0) {
         ++kept.n_resets;
     }
-    kept.is_starting = 0;
+    kept.is_hanging = 0;
 
     TIMER0->reload = UINT32_MAX;
     TIMER0->value = UINT32_MAX;

@@ -92,3 +92,15 @@ class FrameModel:
                 self.counts["frames_lost"] += ahead - 1
         self.newest = number
         return True
+
+
+def fragments(channel, message, sequence):
+    """LCM datagrams of a message that does not fit one, cut as liblcm does."""
+    name, room = channel.encode() + b"\0", DATAGRAM_MAX - 20
+    pieces = [message[:room - len(name)]]
+    while (at := sum(map(len, pieces))) < len(message):
+        pieces.append(message[at:at + room])
+    offsets = [sum(map(len, pieces[:i])) for i in range(len(pieces))]
+    return [b"LC03" + struct.pack(">IIIHH", sequence, len(message), offset, i, len(pieces))
+            + (name if i == 0 else b"") + piece
+            for i, (offset, piece) in enumerate(zip(offsets, pieces))]
