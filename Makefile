@@ -49,6 +49,7 @@ CPU_cortex-m4 := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
 CPU_s390x     := -march=z196
 ifneq ($(CROSS),)
 CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4 or s390x))
+export CCACHE_DISABLE := 1 # it would not keep the call graphs
 MODE_arm  := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-unwind-tables \
              -fstack-usage -fcallgraph-info=su
 endif
@@ -181,9 +182,10 @@ lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and c
 format: build/setup/lint ## Format all C and C++ sources in place
 	$(Q)python3 tools/lint.py reformat
 
-check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in library or codec
+check-symbols: lib codec $(BUILD)/libgpom_device.a ## Fail on any heap, libc or global-state symbol in library or codec
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom.a
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
+	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) --port $(BUILD)/libgpom_device.a
 
 firmware: build/setup/firmware ## Build library and demo image for CPU (cortex-m7, cortex-m4)
 	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=$(CPU) firmware-image
@@ -245,7 +247,8 @@ firmware-host: gpomd $(BUILD)/gpom-query build/setup/python
 test-firmware-programs: firmware firmware-host
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 
-firmware-image: $(BUILD)/gpom_demo.elf $(BUILD)/gpom_device.elf build/host-release/libicount.so
+firmware-image: $(foreach i,demo costs device,$(BUILD)/gpom_$(i).elf) build/host-release/libicount.so
+	$(Q)tests/firmware/budget.py $(CPU)
 
 build/setup/results: build/setup/python
 build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt
@@ -271,8 +274,10 @@ define compile # compiler and flags
 	$(Q)$(1) -MMD -MP -c $< -o $@
 endef
 
+# On a microcontroller what runs seldom, or is short, is compiled for size.
+$(if $(CROSS),$(call objects,$(foreach i,index kernel lowres lowres_mark map,src/$(i).cpp))): SIZE := -Os
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
-	$(call compile,$(CXX) $(CORE_FLAGS))
+	$(call compile,$(CXX) $(CORE_FLAGS) $(SIZE))
 $(ISA_OBJ): $(BUILD)/obj/src/answer_%.o: src/answer.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS) $(ISA_$*))
 $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) \
@@ -369,17 +374,17 @@ $(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^
 
-$(STREET)/street.h: tools/street_header.py tools/params/street.toml tests/firmware/points.csv
-	$(Q)$(MAKE) CROSS= CPU= CONFIG=release build/host-release/gpom-sim
+$(STREET)/street.h: tools/street_header.py tools/params/street.toml \
+    tests/firmware/scans.csv tests/firmware/points.csv
 	@mkdir -p $(@D)
-	$(Q)build/host-release/gpom-sim --seed 1 --out $(STREET)/scans.csv
-	$(Q)python3 tools/street_header.py $(STREET)/scans.csv tools/params/street.toml \
+	$(Q)python3 tools/street_header.py tests/firmware/scans.csv tools/params/street.toml \
 	    tests/firmware/points.csv $@
 $(PORT_OBJ): $(STREET)/street.h
 
 LD_SCRIPT := ports/cortex_m/mps2_an500.ld
 CORTEX_M := $(BUILD)/obj/ports/cortex_m
 $(BUILD)/gpom_demo.elf: $(CORTEX_M)/main.o
+$(BUILD)/gpom_costs.elf: $(CORTEX_M)/costs.o
 $(BUILD)/gpom_device.elf: $(CORTEX_M)/device_main.o $(CORTEX_M)/mps2.o $(BUILD)/libgpom_device.a \
     $(BUILD)/libgpom_codec.a
 $(BUILD)/%.elf: $(CORTEX_M)/startup.o $(BUILD)/libgpom.a $(LD_SCRIPT)

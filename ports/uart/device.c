@@ -199,6 +199,16 @@ static void take_scan(gpom_device_t *device, const gpom_wire_message_t *message,
     }
 }
 
+static bool is_channel(const char *name, const char *channel)
+{
+    for (; *name == *channel; ++name, ++channel) {
+        if (*name == '\0') {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* True: it was a scan, which is enough for a tick. */
 static bool take_frame(gpom_device_t *device, const gpom_uart_frame_t *frame, int64_t now_us)
 {
@@ -207,11 +217,11 @@ static bool take_frame(gpom_device_t *device, const gpom_uart_frame_t *frame, in
     if (!gpom_wire_receive(&device->receiver, &arrival, &message)) {
         return false;
     }
-    if (strcmp(message.channel, scan_channel) == 0) {
+    if (is_channel(message.channel, scan_channel)) {
         take_scan(device, &message, now_us);
         return true;
     }
-    if (strcmp(message.channel, request_channel) == 0) {
+    if (is_channel(message.channel, request_channel)) {
         device->is_requested = true;
     } else {
         ++device->counts[GPOM_WIRE_MESSAGES_OTHER];

@@ -21,7 +21,7 @@ import gpom_watch  # noqa: E402  (found only after the line above)
 import line  # noqa: E402
 
 IMAGE = ROOT / "build/arm-none-eabi-cortex-m7/gpom_device.elf"
-SCANS = ROOT / "build/host-release/street/scans.csv"
+SCANS = ROOT / "tests/firmware/scans.csv"
 SCAN_FINGERPRINT = 0x1543f68f9b5f9666
 PATIENCE_S = 60
 
