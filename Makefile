@@ -13,6 +13,8 @@ EXEC   ?=
 SEED   ?=
 LOG    ?=
 DATA   ?= ../shared/data
+PREFIX ?= /usr/local
+DESTDIR ?=
 LCM_GEN ?= lcm-gen
 FUZZ_RUNS    ?=
 FUZZ_SECONDS ?=
@@ -161,7 +163,7 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
-test-all: build/setup/lint test-firmware-programs fuzzers count-queries ## Also firmware, fuzz, lint
+test-all: build/setup/lint build/setup/install test-firmware-programs fuzzers count-queries ## Also firmware, fuzz, lint
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
@@ -196,13 +198,19 @@ test-firmware: test-firmware-programs ## Run the images in QEMU: results, counts
 demo-firmware: firmware firmware-host ## A street over LCM and a UART into QEMU: build/demo-firmware
 	$(Q)GPOM_BUILD=$(abspath $(BUILD)) tools/demo_firmware
 
+install: lib ## Install headers, libraries, pkg-config file, CMake package: PREFIX, DESTDIR
+	$(Q)tools/install/install $(BUILD) "$(DESTDIR)$(PREFIX)"
+
 clean: ## Remove what was built, keep the installed Python environment
 	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/s390x-linux-gnu-*
 
-distclean: ## Remove build/ whole
+distinstall: lib ## Install headers, libraries, pkg-config file, CMake package: PREFIX, DESTDIR
+	$(Q)tools/install/install $(BUILD) "$(DESTDIR)$(PREFIX)"
+
+clean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
+.PHONY: install help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
         demo-lcm results fuzz test test-all lint format check-symbols firmware test-firmware clean \
         distclean test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image \
         firmware-host test-firmware-programs demo-firmware \
@@ -296,10 +304,11 @@ $(BUILD)/libgpom.a: $(CORE_OBJ) $(ISA_OBJ)
 	$(if $(V),,@echo "  AR   $@")
 	$(Q)rm -f $@ && $(AR) crs $@ $^
 
+MAJOR := $(shell sed -n 's/^.define GPOM_VERSION_MAJOR //p' include/gpom/status.h)
 # Linked by the C compiler: a need for the C++ runtime is a link error, not a surprise.
 $(BUILD)/libgpom.so: $(CORE_OBJ) $(ISA_OBJ)
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so -o $@ $^ -lm
+	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so.$(MAJOR) -o $@ $^ -lm
 $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CC) $(MODE) -o $@ $^ -lm

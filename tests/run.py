@@ -4,7 +4,7 @@
 usage: tests/run.py [--summary FILE.json] SUITE...
 
 Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux tsan endian firmware
-instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by make, which builds
+install instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by make, which builds
 what they need first. A failure is printed with its output, a skip with its reason. Exit code 1 if
 anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
@@ -29,7 +29,7 @@ SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
 BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools",
         "linux"]
-EXTRA = ["tsan", "endian", "firmware", "instructions", "fuzz", "lint"]
+EXTRA = ["tsan", "endian", "firmware", "install", "instructions", "fuzz", "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
@@ -256,6 +256,7 @@ SUITES = {
     "tsan": run_tsan,
     "endian": run_endian,
     "firmware": run_firmware,
+    "install": lambda results: run_pytest(results, "install"),
     "instructions": run_instructions,
     "fuzz": run_fuzz,
     "lint": run_lint,
