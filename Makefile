@@ -105,6 +105,7 @@ TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
 UART_OBJ  := $(call objects,$(wildcard ports/uart/*.c))
+TEMPLATE_OBJ := $(call objects,$(wildcard ports/template/*.c))
 # The daemon; what it shares with the tools are the readers of files.
 LINUX_OBJ := $(call objects,$(wildcard ports/linux/*.cpp))
 LINUX_LIB := $(filter-out %/gpomd.o,$(LINUX_OBJ)) \
@@ -204,10 +205,7 @@ install: lib ## Install headers, libraries, pkg-config file, CMake package: PREF
 clean: ## Remove what was built, keep the installed Python environment
 	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/s390x-linux-gnu-*
 
-distinstall: lib ## Install headers, libraries, pkg-config file, CMake package: PREFIX, DESTDIR
-	$(Q)tools/install/install $(BUILD) "$(DESTDIR)$(PREFIX)"
-
-clean: ## Remove build/ whole
+distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: install help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
@@ -223,7 +221,8 @@ RUN_TESTS = SEED=$(SEED) EXEC="$(EXEC)" GPOM_DATA=$(abspath $(DATA)) \
             GPOM_BUILD=$(abspath build/host-release) FUZZ_RUNS=$(FUZZ_RUNS) \
             FUZZ_SECONDS=$(FUZZ_SECONDS) python3 tests/run.py
 
-test-programs: lib tools unit codec-tests linux-tests $(BUILD)/api_c99 build/setup/python
+test-programs: lib tools unit codec-tests linux-tests $(BUILD)/api_c99 $(BUILD)/template_test \
+    build/setup/python
 	$(Q)$(MAKE) CONFIG=sanitize unit codec-tests
 
 unit: $(BUILD)/unit_tests
@@ -255,7 +254,7 @@ firmware-host: gpomd $(BUILD)/gpom-query build/setup/python
 test-firmware-programs: firmware firmware-host
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 
-firmware-image: $(foreach i,demo costs device,$(BUILD)/gpom_$(i).elf) build/host-release/libicount.so
+firmware-image: $(foreach i,demo costs device template,$(BUILD)/gpom_$(i).elf) build/host-release/libicount.so
 	$(Q)tests/firmware/budget.py $(CPU)
 
 build/setup/results: build/setup/python
@@ -270,7 +269,7 @@ $(BUILD)/flags: FORCE
 
 $(CORE_OBJ) $(ISA_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
     $(PORT_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) $(CODEC_TEST_OBJ) \
-    $(CODEC_ECHO_OBJ) $(UART_OBJ): \
+    $(CODEC_ECHO_OBJ) $(UART_OBJ) $(TEMPLATE_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
@@ -291,7 +290,7 @@ $(ISA_OBJ): $(BUILD)/obj/src/answer_%.o: src/answer.cpp
 $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) \
     $(LCM_TOOL_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
-$(C99_OBJ): $(BUILD)/obj/%.o: %.c
+$(C99_OBJ) $(TEMPLATE_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
 $(CODEC_OBJ) $(UART_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(CODEC_FLAGS))
@@ -312,6 +311,16 @@ $(BUILD)/libgpom.so: $(CORE_OBJ) $(ISA_OBJ)
 $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CC) $(MODE) -o $@ $^ -lm
+
+# The template's program does nothing for ever: that it links is all.
+$(BUILD)/template $(BUILD)/template_test: $(BUILD)/obj/ports/template/port.o \
+    $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a $(BUILD)/libgpom.a
+$(BUILD)/template: $(BUILD)/obj/ports/template/main.o
+$(BUILD)/template_test: $(BUILD)/obj/ports/template/host_test.o | $(BUILD)/template
+$(BUILD)/template $(BUILD)/template_test:
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CC) $(MODE) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) $(filter %_codec.a,$^) \
+	    $(filter %gpom.a,$^) -lm
 
 # What lcm-gen makes of lcmtypes/, for tests only; the prefix keeps its gpom_map_t from ours.
 LCM_TYPES := $(wildcard lcmtypes/*.lcm)
@@ -396,6 +405,8 @@ $(BUILD)/gpom_demo.elf: $(CORTEX_M)/main.o
 $(BUILD)/gpom_costs.elf: $(CORTEX_M)/costs.o
 $(BUILD)/gpom_device.elf: $(CORTEX_M)/device_main.o $(CORTEX_M)/mps2.o $(BUILD)/libgpom_device.a \
     $(BUILD)/libgpom_codec.a
+$(BUILD)/gpom_template.elf: $(call objects,ports/template/main.c ports/template/port.c) \
+    $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a
 $(BUILD)/%.elf: $(CORTEX_M)/startup.o $(BUILD)/libgpom.a $(LD_SCRIPT)
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CC) $(CPU_FLAGS) --specs=nano.specs -nostartfiles -Wl,--gc-sections,--fatal-warnings \

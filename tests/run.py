@@ -133,6 +133,8 @@ def run_doctest(results, suite, program, before=""):
 
 def run_c99(results):
     run_check(results, "c99: a C99 program needs no C++ runtime and runs", [f"{HOST}/api_c99"])
+    run_check(results, "c99: the template's unit test, a device with a virtual clock",
+              [f"{HOST}/template_test"])
 
 
 def run_headers(results):
