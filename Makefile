@@ -252,6 +252,7 @@ firmware-host: gpomd $(BUILD)/gpom-query build/setup/python
 	    $(FUSED)/library-map
 
 test-firmware-programs: firmware firmware-host
+	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=cortex-m7 build/arm-none-eabi-cortex-m7/target_tests.elf
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 
 firmware-image: $(foreach i,demo costs device template,$(BUILD)/gpom_$(i).elf) build/host-release/libicount.so
@@ -339,7 +340,7 @@ $(BUILD)/libgpom_codec.a: $(CODEC_OBJ)
 	$(if $(V),,@echo "  AR   $@")
 	$(Q)rm -f $@ && $(AR) crs $@ $^
 $(BUILD)/codec_tests: $(CODEC_TEST_OBJ) $(BUILD)/obj/tests/unit/main.o $(LCM_OBJ) \
-    $(BUILD)/libgpom_codec.a
+    $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
 $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)/libgpom_codec.a
@@ -412,6 +413,28 @@ $(BUILD)/%.elf: $(CORTEX_M)/startup.o $(BUILD)/libgpom.a $(LD_SCRIPT)
 	$(Q)$(CC) $(CPU_FLAGS) --specs=nano.specs -nostartfiles -Wl,--gc-sections,--fatal-warnings \
 	    -Wl,-Map=$(@:.elf=.map) -T $(LD_SCRIPT) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) \
 	    $(filter %_codec.a,$^) $(filter %gpom.a,$^) -lm
+# The unit tests that make sense there, as hosted programs under newlib's semihosting: the library is
+# the device's, the tests are those of the PC.
+TARGET_TESTS := $(foreach i,main test_chol test_elementary test_index test_kdtree test_kernel \
+    test_lane test_local_gp test_map test_params test_scan test_select,tests/unit/$(i)) \
+    $(foreach i,frame quantisation,tests/codec/test_$(i))
+TARGET_OBJ := $(TARGET_TESTS:%=$(BUILD)/target/%.o) $(BUILD)/target/tests/firmware/target/boot.o
+TARGET_FLAGS := $(CPU_FLAGS) -O2 -Wall -Wextra -Wno-psabi -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 \
+    $(NUMERICS) $(INCLUDES) -isystem $(BUILD)/target/include -ffunction-sections -fdata-sections
+TARGET_DOCTEST := $(foreach i,NO_MULTITHREADING NO_POSIX_SIGNALS COLORS_NONE,-DDOCTEST_CONFIG_$(i))
+$(TARGET_OBJ): $(BUILD)/flags | $(BUILD)/target/include/doctest
+$(BUILD)/target/include/doctest: | build/setup/test
+	$(Q)mkdir -p $(@D) && ln -sfn /usr/include/doctest $@
+$(filter-out %/boot.o,$(TARGET_OBJ)): $(BUILD)/target/%.o: %.cpp
+	$(call compile,$(CXX) -std=c++17 $(TARGET_FLAGS) $(TARGET_DOCTEST))
+$(BUILD)/target/tests/firmware/target/boot.o: tests/firmware/target/boot.c
+	$(call compile,$(CC) -std=c99 $(TARGET_FLAGS))
+$(BUILD)/target_tests.elf: $(TARGET_OBJ) $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a \
+    $(BUILD)/libgpom.a tests/firmware/target/tests.ld
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(CPU_FLAGS) --specs=rdimon.specs -Wl,--gc-sections -T $(filter %.ld,$^) -o $@ \
+	    $(filter %.o,$^) $(filter %.a,$^) -lm
+
 $(BUILD)/libgpom_device.a: $(UART_OBJ)
 	$(if $(V),,@echo "  AR   $@")
 	$(Q)rm -f $@ && $(AR) crs $@ $^
@@ -421,4 +444,4 @@ build/host-release/libicount.so: ports/cortex_m/icount_plugin.c | build/setup/ba
 	@mkdir -p $(@D)
 	$(Q)cc -std=c99 -O2 $(WARN) -shared -fPIC -o $@ $<
 
--include $(wildcard $(BUILD)/obj/*/*.d $(BUILD)/obj/*/*/*.d)
+-include $(wildcard $(foreach i,obj target,$(BUILD)/$(i)/*/*.d $(BUILD)/$(i)/*/*/*.d))
