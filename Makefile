@@ -149,7 +149,7 @@ codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS=
 bench-insert: tools ## Time inserting scans into a map of 20,000 beams
 	$(Q)$(BUILD)/gpom-live insert --params tools/params/street.toml
 
-gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch $(BUILD)/gpom-bridge ## Build the LCM daemon and its tools
+gpomd: $(foreach i,gpomd gpom-replay gpom-watch gpom-bridge,$(BUILD)/$(i)) ## Build LCM's tools
 
 demo-lcm: gpomd $(BUILD)/gpom-sim ## Replay a street or LOG over LCM into gpomd: build/demo-lcm
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
@@ -164,7 +164,8 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
-test-all: build/setup/lint build/setup/install test-firmware-programs fuzzers count-queries ## Also firmware, fuzz, lint
+test-all: build/setup/lint build/setup/install fuzzers count-queries
+test-all: test-firmware-programs ## Run `test`, firmware, install, fuzz, lint
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
@@ -185,7 +186,8 @@ lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and c
 format: build/setup/lint ## Format all C and C++ sources in place
 	$(Q)python3 tools/lint.py reformat
 
-check-symbols: lib codec $(BUILD)/libgpom_device.a ## Fail on any heap, libc or global-state symbol in library or codec
+check-symbols: $(BUILD)/libgpom_device.a
+check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in library or codec
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom.a
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) --port $(BUILD)/libgpom_device.a
@@ -208,7 +210,8 @@ clean: ## Remove what was built, keep the installed Python environment
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
-.PHONY: install help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
+.PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
+        install \
         demo-lcm results fuzz test test-all lint format check-symbols firmware test-firmware clean \
         distclean test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image \
         firmware-host test-firmware-programs demo-firmware \
@@ -255,7 +258,8 @@ test-firmware-programs: firmware firmware-host
 	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=cortex-m7 build/arm-none-eabi-cortex-m7/target_tests.elf
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 
-firmware-image: $(foreach i,demo costs device template,$(BUILD)/gpom_$(i).elf) build/host-release/libicount.so
+firmware-image: $(foreach i,demo costs device template,$(BUILD)/gpom_$(i).elf) \
+    build/host-release/libicount.so
 	$(Q)tests/firmware/budget.py $(CPU)
 
 build/setup/results: build/setup/python
@@ -283,7 +287,8 @@ define compile # compiler and flags
 endef
 
 # On a microcontroller what runs seldom, or is short, is compiled for size.
-$(if $(CROSS),$(call objects,$(foreach i,index kernel lowres lowres_mark map,src/$(i).cpp))): SIZE := -Os
+SMALL := $(if $(CROSS),index kernel lowres lowres_mark map)
+$(SMALL:%=$(BUILD)/obj/src/%.o): SIZE := -Os
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS) $(SIZE))
 $(ISA_OBJ): $(BUILD)/obj/src/answer_%.o: src/answer.cpp
@@ -413,14 +418,15 @@ $(BUILD)/%.elf: $(CORTEX_M)/startup.o $(BUILD)/libgpom.a $(LD_SCRIPT)
 	$(Q)$(CC) $(CPU_FLAGS) --specs=nano.specs -nostartfiles -Wl,--gc-sections,--fatal-warnings \
 	    -Wl,-Map=$(@:.elf=.map) -T $(LD_SCRIPT) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) \
 	    $(filter %_codec.a,$^) $(filter %gpom.a,$^) -lm
-# The unit tests that make sense there, as hosted programs under newlib's semihosting: the library is
-# the device's, the tests are those of the PC.
+# The unit tests that make sense there, as hosted programs under newlib's semihosting: the library
+# is the device's, the tests are those of the PC.
 TARGET_TESTS := $(foreach i,main test_chol test_elementary test_index test_kdtree test_kernel \
     test_lane test_local_gp test_map test_params test_scan test_select,tests/unit/$(i)) \
     $(foreach i,frame quantisation,tests/codec/test_$(i))
 TARGET_OBJ := $(TARGET_TESTS:%=$(BUILD)/target/%.o) $(BUILD)/target/tests/firmware/target/boot.o
-TARGET_FLAGS := $(CPU_FLAGS) -O2 -Wall -Wextra -Wno-psabi -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 \
-    $(NUMERICS) $(INCLUDES) -isystem $(BUILD)/target/include -ffunction-sections -fdata-sections
+TARGET_FLAGS := $(CPU_FLAGS) -O2 -Wall -Wextra -Wno-psabi -DNDEBUG -DEIGEN_NO_DEBUG \
+    -DGPOM_ASSERTS=0 $(NUMERICS) $(INCLUDES) -isystem $(BUILD)/target/include \
+    -ffunction-sections -fdata-sections
 TARGET_DOCTEST := $(foreach i,NO_MULTITHREADING NO_POSIX_SIGNALS COLORS_NONE,-DDOCTEST_CONFIG_$(i))
 $(TARGET_OBJ): $(BUILD)/flags | $(BUILD)/target/include/doctest
 $(BUILD)/target/include/doctest: | build/setup/test

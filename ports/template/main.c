@@ -1,8 +1,8 @@
 /* A device of your own: numbers first, memory follows from them, then the main loop. */
 #include "ports/template/port.h"
 
-/* POINTS: n_hits + n_free of your hyperparameters; LANES: gpom_lanes() of your build of the library,
- * 1 on a microcontroller. */
+/* POINTS: n_hits + n_free of your hyperparameters; LANES: gpom_lanes() of your library, 1 on a
+ * microcontroller. */
 enum { BEAM_MAX = 476, NX = 32, NY = 32, RANGES_MAX = 361, POINTS = 16, LANES = 1 };
 
 static uint64_t memory[GPOM_DEVICE_BYTES(BEAM_MAX, NX *NY, RANGES_MAX, POINTS, LANES) / 8 + 1];

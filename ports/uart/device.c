@@ -131,7 +131,7 @@ static bool is_set_back(gpom_device_t *device, int64_t stamp_us)
     return device->n_behind >= SET_BACK_SCANS;
 }
 
-/* Is a scan later than the newest? A lower number with a later stamp is a sender that began anew. */
+/* Is a scan later than the newest? A lower number with a later stamp: the sender began anew. */
 static bool is_next(gpom_device_t *device, const gpom_wire_scan_t *scan)
 {
     const int32_t ahead = (int32_t)(scan->sequence - device->sequence);

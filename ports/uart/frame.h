@@ -77,7 +77,8 @@ void gpom_uart_frame_reader_init(gpom_uart_frame_reader_t *reader, uint8_t *body
 bool gpom_uart_frame_read(gpom_uart_frame_reader_t *reader, uint8_t byte, gpom_uart_frame_t *frame);
 
 /** Write a frame; `number` as above (gpom_uart_frame_next_number()). Bytes written, at most
- *  GPOM_UART_FRAME_BYTES(n_bytes); 0 if they do not fit, n_bytes exceeds 65535, or a pointer is NULL. */
+ *  GPOM_UART_FRAME_BYTES(n_bytes); 0 if they do not fit, n_bytes exceeds 65535, or a pointer is
+ *  NULL. */
 GPOM_NODISCARD size_t gpom_uart_frame_write(const gpom_uart_frame_t *frame, uint8_t *bytes,
                                             size_t n_max);
 

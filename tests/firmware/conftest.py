@@ -55,7 +55,7 @@ def connect(path):
 
 
 class Device:
-    """A running image. Time in it is that of its instructions: a busy computer bites no watchdog."""
+    """A running image. Its time is that of its instructions: a busy PC wakes no watchdog."""
 
     def __init__(self, folder, *more):
         self.qemu = subprocess.Popen(

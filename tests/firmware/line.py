@@ -1,4 +1,4 @@
-"""The device's serial line, written from ports/uart/frame.h and lcmtypes/ alone: an oracle for both.
+"""The device's serial line, written from ports/uart/frame.h and lcmtypes/ alone: an oracle.
 
 Frames are made and taken apart here without the C code that they test; FrameModel counts what a
 reader of a line must count.
