@@ -188,6 +188,20 @@ def write_golden():
             file.write(",".join(f"{value:.9g}" for value in values) + "\n")
 
 
+def check_cost_table():
+    """Every public call has a bound in the table of ports/cortex_m/README.md, and no other does."""
+    declared = set()
+    for path in glob.glob("include/gpom/*.h"):
+        with open(path, encoding="utf-8") as file:
+            declared |= set(re.findall(r"GPOM_API[^;#]*?\b(gpom_\w+)\(", file.read()))
+    with open("ports/cortex_m/README.md", encoding="utf-8") as file:
+        table = file.read().partition("Bounds of every public call")[2].partition("\n---")[0]
+    named = set(re.findall(r"`(gpom_\w+)`", table))
+    print(f"{len(declared & named)} of {len(declared)} public calls have a bound")
+    if named != declared:
+        raise Failed(f"not there: {sorted(declared - named)}; unknown: {sorted(named - declared)}")
+
+
 def check_size():
     for cpu in "cortex-m7", "cortex-m4":
         print(output_of(["tests/firmware/budget.py", cpu]))
@@ -245,6 +259,7 @@ CHECKS = {
     "scans to map, the Cortex-M7 gives the golden file": check_golden,
     "the unit tests of kernels, Cholesky, trees, beams and frames pass on the Cortex-M7":
         check_unit_tests,
+    "the table of costs bounds every public call": check_cost_table,
     "flash, RAM and bytes a beam stay in their budget": check_size,
     "main loop and interrupts fit the stack": check_interrupts,
     "no heap, printf, C++ runtime or software double on the M7": check_symbols_m7,
