@@ -135,7 +135,7 @@ help: ## List the targets
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
 	    awk -F '|' '{ printf "  %-15s %s\n", $$1, $$2 }'
 	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA LOG DATA SKIP_BASE FUZZ_RUNS" \
-	    "FUZZ_SECONDS"
+	    "FUZZ_SECONDS GARBAGE_BYTES PREFIX DESTDIR"
 
 lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the library
 
@@ -226,7 +226,7 @@ RUN_TESTS = SEED=$(SEED) EXEC="$(EXEC)" GPOM_DATA=$(abspath $(DATA)) \
 
 test-programs: lib tools unit codec-tests linux-tests $(BUILD)/api_c99 $(BUILD)/template_test \
     build/setup/python
-	$(Q)$(MAKE) CONFIG=sanitize unit codec-tests
+	$(Q)$(MAKE) CONFIG=sanitize unit codec-tests build/host-sanitize/template_test
 
 unit: $(BUILD)/unit_tests
 
@@ -368,10 +368,10 @@ $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
 $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SRC) \
-    $(wildcard ports/codec/*.h tests/codec/*.hpp include/gpom/*.h) | build/setup/fuzz
+    ports/uart/frame.c $(wildcard ports/*/*.h tests/codec/*.hpp include/gpom/*.h) | build/setup/fuzz
 	@mkdir -p $(@D)/$*_obj
 	$(if $(V),,@echo "  FUZZ $@")
-	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(CODEC_SRC))
+	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(CODEC_SRC) ports/uart/frame.c)
 	$(Q)clang++ -std=c++17 $(FUZZ_FLAGS) -o $@ $< tests/codec/types.cpp $(@D)/$*_obj/*.o -lz
 
 .SECONDEXPANSION: # gpom-some-tool is made from tools/gpom_some_tool.cpp

@@ -135,6 +135,7 @@ def run_c99(results):
     run_check(results, "c99: a C99 program needs no C++ runtime and runs", [f"{HOST}/api_c99"])
     run_check(results, "c99: the template's unit test, a device with a virtual clock",
               [f"{HOST}/template_test"])
+    run_check(results, "c99: the same with sanitizers", [f"{SANITIZE}/template_test"])
 
 
 def run_headers(results):
@@ -206,7 +207,7 @@ def run_firmware(results):
 
 
 def fuzz_targets(results):
-    """(name, command) of every fuzzer: one for each type of message, and the receiver."""
+    """(name, command) of every fuzzer: one for each type of message, receiver, and frames."""
     code, types = run(["env", "FUZZ_TYPE=list", "build/host-fuzz/fuzz_messages"])
     if code != 0:
         results.fail("fuzz: list of types", types)
@@ -214,6 +215,7 @@ def fuzz_targets(results):
     for name in types.split():
         yield name, ["env", f"FUZZ_TYPE={name}", "build/host-fuzz/fuzz_messages"]
     yield "receiver", ["build/host-fuzz/fuzz_receiver"]
+    yield "frame", ["build/host-fuzz/fuzz_frame"]
 
 
 def run_fuzz(results):
