@@ -21,6 +21,7 @@ import gpom_watch  # noqa: E402  (found only after the line above)
 import line  # noqa: E402
 
 IMAGE = ROOT / "build/arm-none-eabi-cortex-m7/gpom_device.elf"
+IMAGE_M4 = ROOT / "build/arm-none-eabi-cortex-m4/gpom_device.elf"
 SCANS = ROOT / "tests/firmware/scans.csv"
 SCAN_FINGERPRINT = 0x1543f68f9b5f9666
 PATIENCE_S = 60
@@ -57,11 +58,11 @@ def connect(path):
 class Device:
     """A running image. Its time is that of its instructions: a busy PC wakes no watchdog."""
 
-    def __init__(self, folder, *more):
+    def __init__(self, folder, *more, machine="mps2-an500", image=IMAGE):
         self.qemu = subprocess.Popen(
-            ["qemu-system-arm", "-machine", "mps2-an500", "-nographic", "-monitor", "none",
+            ["qemu-system-arm", "-machine", machine, "-nographic", "-monitor", "none",
              "-icount", "shift=4,sleep=on", "-serial", f"unix:{folder}/uart,server=on,wait=off",
-             "-kernel", str(IMAGE), *more], stdin=subprocess.DEVNULL)
+             "-kernel", str(image), *more], stdin=subprocess.DEVNULL)
         self.uart = connect(folder / "uart")
         self.number = 0
         self.model = line.FrameModel()  # of what the device sends
@@ -111,13 +112,15 @@ class Device:
 
 @pytest.fixture
 def start(tmp_path):
-    """start(*more arguments of QEMU): a running device."""
+    """start(*more arguments of QEMU, machine and image): a running device."""
     if shutil.which("qemu-system-arm") is None:
         pytest.skip("qemu-system-arm is not installed")
     running = []
 
-    def begin(*more):
-        running.append(Device(tmp_path, *more))
+    def begin(*more, **board):
+        folder = tmp_path / str(len(running))
+        folder.mkdir()
+        running.append(Device(folder, *more, **board))
         return running[-1]
     yield begin
     for device in running:

@@ -5,7 +5,7 @@ import subprocess
 
 import line
 import pytest
-from conftest import IMAGE, ROOT, connect, scan_message, street_messages
+from conftest import IMAGE, IMAGE_M4, ROOT, connect, scan_message, street_messages
 
 GARBAGE_BYTES = int(os.environ.get("GARBAGE_BYTES") or 200_000)
 
@@ -118,6 +118,19 @@ def test_garbage_is_counted_by_cause_and_leaves_the_map_intact(start):
     device.send("GPOM_SCAN", last)
     device.wait_for_counts(scans_inserted=len(first) + 1)
     print(n_bytes, "bytes of garbage:", device.status["counts"])
+
+
+def test_the_cortex_m4f_makes_the_same_map(start):
+    """With double arithmetic in software and another image, every code is the Cortex-M7's."""
+    maps = []
+    for board in {}, {"machine": "mps2-an386", "image": IMAGE_M4}:
+        device = start(**board)
+        messages = street_messages()
+        for message in messages:
+            device.send("GPOM_SCAN", message)
+        device.wait_for_counts(scans_inserted=len(messages))
+        maps.append(device.fresh_map())
+    assert len(maps[0]) == 2048 and maps[0] == maps[1]
 
 
 def test_scans_in_fragments_and_scans_too_long(start):
