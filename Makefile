@@ -149,7 +149,8 @@ codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS=
 bench-insert: tools ## Time inserting scans into a map of 20,000 beams
 	$(Q)$(BUILD)/gpom-live insert --params tools/params/street.toml
 
-gpomd: $(foreach i,gpomd gpom-replay gpom-watch gpom-bridge,$(BUILD)/$(i)) ## Build LCM's tools
+gpomd: $(BUILD)/gpom-bridge
+gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build LCM daemon and its tools
 
 demo-lcm: gpomd $(BUILD)/gpom-sim ## Replay a street or LOG over LCM into gpomd: build/demo-lcm
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
@@ -192,7 +193,7 @@ check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in lib
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) --port $(BUILD)/libgpom_device.a
 
-firmware: build/setup/firmware ## Build library and demo image for CPU (cortex-m7, cortex-m4)
+firmware: build/setup/firmware ## Build library and images for CPU (cortex-m7, cortex-m4)
 	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=$(CPU) firmware-image
 
 test-firmware: test-firmware-programs ## Run the images in QEMU: results, counts, sizes, stack

@@ -1,8 +1,9 @@
 /* What calls cost on a Cortex-M: the image whose intervals icount_plugin.c counts.
  *
  * A street's scans go into a live map with a low-resolution map of 32 x 32 cells, all of its work
- * done after each scan; then points are asked for, with 8 + 8 neighbours and with 16 + 16. Each
- * counted interval prints "count NAME UNITS". */
+ * done after each scan; then points are asked for, with 8 + 8 neighbours and with 16 + 16, of the
+ * street preset and of the default hyperparameters. Each counted interval prints "count NAME UNITS".
+ */
 #include "ports/cortex_m/device_limits.h"
 #include "ports/cortex_m/semihosting.h"
 #include "street.h"
@@ -33,12 +34,12 @@ static void require(gpom_status_t status)
     }
 }
 
-static gpom_map_t *make_map(uint16_t n_each)
+static gpom_map_t *make_map(const gpom_params_t *params, uint16_t n_each)
 {
     gpom_config_t config;
     gpom_config_init(&config);
     config.beam_max = DEVICE_BEAM_MAX;
-    config.params = street_params;
+    config.params = *params;
     config.params.n_hits = config.params.n_free = n_each;
     config.keep_m = 0.1f;
     config.clear_scans = 3;
@@ -52,7 +53,7 @@ static gpom_map_t *make_map(uint16_t n_each)
     return map;
 }
 
-static void insert_scan(gpom_map_t *map, int i_scan)
+static void insert_scan(gpom_map_t *map, int i_scan, const char *name)
 {
     gpom_sensor_t sensor;
     gpom_sensor_init(&sensor);
@@ -64,7 +65,7 @@ static void insert_scan(gpom_map_t *map, int i_scan)
     gpom_count_begin();
     const gpom_status_t status = gpom_scan_insert(map, &scan, &sensor, &pose);
     gpom_count_end();
-    print_count("insert", 1);
+    print_count(name, 1);
     require(status);
 }
 
@@ -90,7 +91,7 @@ static uint32_t dirty_cells(const gpom_map_t *map)
 }
 
 /* The round over all cells that follows a change: nothing is dirty, no tree is being built. */
-static void refresh(gpom_map_t *map, uint32_t n_points)
+static void refresh(gpom_map_t *map, uint32_t n_points, const char *name)
 {
     uint64_t n_used;
     require(gpom_map_build(map));
@@ -103,7 +104,7 @@ static void refresh(gpom_map_t *map, uint32_t n_points)
         status = gpom_map_step(map, GPOM_LOWRES_GROUP_OPS(n_points), &scratch, &n_used);
     } while (status == GPOM_OK && n_used > 0);
     gpom_count_end();
-    print_count("refresh", DEVICE_NX * DEVICE_NY);
+    print_count(name, DEVICE_NX * DEVICE_NY);
     require(status);
 }
 
@@ -116,25 +117,37 @@ static void query(const gpom_map_t *map, const char *name)
     require(status);
 }
 
-int main(void)
+/* A map of the whole street, indexed at once, and queries of it. */
+static gpom_map_t *query_street(const gpom_params_t *params, uint16_t n_each, const char *name)
 {
-    gpom_map_t *map = make_map(8);
-    for (int i = 0; i < STREET_SCANS - 1; ++i) {
-        insert_scan(map, i);
-        step(map, 16);
-    }
-    insert_scan(map, STREET_SCANS - 1);
-    refresh(map, 16);
-    query(map, "query_8+8");
-    map = make_map(MANY);
+    gpom_map_t *const map = make_map(params, n_each);
     for (int i = 0; i < STREET_SCANS; ++i) {
-        insert_scan(map, i);
+        insert_scan(map, i, "insert_at_once");
     }
     gpom_count_begin();
     const gpom_status_t status = gpom_map_build(map);
     gpom_count_end();
     print_count("build", gpom_map_beam_count(map));
     require(status);
-    query(map, "query_16+16");
+    query(map, name);
+    return map;
+}
+
+int main(void)
+{
+    gpom_map_t *map = make_map(&street_params, 8);
+    for (int i = 0; i < STREET_SCANS - 1; ++i) {
+        insert_scan(map, i, "insert");
+        step(map, 16);
+    }
+    insert_scan(map, STREET_SCANS - 1, "insert");
+    refresh(map, 16, "refresh");
+    query(map, "query_8+8");
+    (void)query_street(&street_params, MANY, "query_16+16");
+    gpom_params_t plain; /* Matern-1/2 */
+    gpom_params_init(&plain);
+    map = query_street(&plain, 8, "query_plain_8+8");
+    refresh(map, 16, "refresh_plain");
+    (void)query_street(&plain, MANY, "query_plain_16+16");
     return 0;
 }

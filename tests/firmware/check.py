@@ -105,14 +105,14 @@ def costs_of(counted):
     intervals = collections.defaultdict(list)
     for name, instructions, units in counted:
         intervals[name].append((instructions, units))
-    live = intervals["insert"][:len(intervals["insert"]) // 2]  # the second half has no steps
-    costs = {"insert mean": sum(n for n, _ in live) / len(live),
-             "insert worst": max(n for n, _ in live),
+    costs = {"insert mean": sum(n for n, _ in intervals["insert"]) / len(intervals["insert"]),
+             "insert worst": max(n for n, _ in intervals["insert"]),
              "step worst": max(n for n, _ in intervals["step"]),
-             "refresh": sum(n for n, _ in intervals["refresh"]),
-             "build": sum(n for n, _ in intervals["build"])}
-    for each in "8+8", "16+16":
-        (n, units), = intervals[f"query_{each}"]
+             "refresh": intervals["refresh"][0][0],
+             "refresh plain": intervals["refresh_plain"][0][0],
+             "build": max(n for n, _ in intervals["build"])}
+    for each in "8+8", "16+16", "plain 8+8", "plain 16+16":
+        (n, units), = intervals[f"query_{each.replace(' ', '_')}"]
         costs[f"query {each}"] = n / units
     return costs
 
