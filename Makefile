@@ -340,7 +340,9 @@ $(BUILD)/lcm/stamp: $(LCM_TYPES) | build/setup/lcm
 	$(Q)$(LCM_GEN) -p --ppath $(@D)/python $(LCM_TYPES)
 	$(Q)touch $@
 $(LCM_OBJ): $(BUILD)/lcm/%.o: $(BUILD)/lcm/stamp
-	$(Q)$(CC) -std=gnu99 -O2 -g -w -c $(@:.o=.c) -o $@
+	$(Q)$(CC) $(CPU_FLAGS) $(if $(CROSS),-isystem $(BUILD)/target/include) -std=gnu99 -O2 -g -w \
+	    -c $(@:.o=.c) -o $@
+$(if $(CROSS),$(LCM_OBJ)): | $(BUILD)/target/include/stamp
 
 $(BUILD)/libgpom_codec.a: $(CODEC_OBJ)
 	$(if $(V),,@echo "  AR   $@")
@@ -423,21 +425,22 @@ $(BUILD)/%.elf: $(CORTEX_M)/startup.o $(BUILD)/libgpom.a $(LD_SCRIPT)
 # is the device's, the tests are those of the PC.
 TARGET_TESTS := $(foreach i,main test_chol test_elementary test_index test_kdtree test_kernel \
     test_lane test_local_gp test_map test_params test_scan test_select,tests/unit/$(i)) \
-    $(foreach i,frame quantisation,tests/codec/test_$(i))
+    $(patsubst %.cpp,%,$(CODEC_TEST_SRC))
 TARGET_OBJ := $(TARGET_TESTS:%=$(BUILD)/target/%.o) $(BUILD)/target/tests/firmware/target/boot.o
+TARGET_INCLUDE := $(BUILD)/target/include $(BUILD)/lcm tests/firmware/target/include
 TARGET_FLAGS := $(CPU_FLAGS) -O2 -Wall -Wextra -Wno-psabi -DNDEBUG -DEIGEN_NO_DEBUG \
-    -DGPOM_ASSERTS=0 $(NUMERICS) $(INCLUDES) -isystem $(BUILD)/target/include \
+    -DGPOM_ASSERTS=0 $(NUMERICS) $(INCLUDES) $(addprefix -isystem ,$(TARGET_INCLUDE)) \
     -ffunction-sections -fdata-sections
 TARGET_DOCTEST := $(foreach i,NO_MULTITHREADING NO_POSIX_SIGNALS COLORS_NONE,-DDOCTEST_CONFIG_$(i))
-$(TARGET_OBJ): $(BUILD)/flags | $(BUILD)/target/include/doctest
-$(BUILD)/target/include/doctest: | build/setup/test
-	$(Q)mkdir -p $(@D) && ln -sfn /usr/include/doctest $@
+$(TARGET_OBJ): $(BUILD)/flags $(BUILD)/lcm/stamp | $(BUILD)/target/include/stamp
+$(BUILD)/target/include/stamp: | build/setup/test build/setup/lcm
+	$(Q)mkdir -p $(@D) && ln -sfn /usr/include/doctest /usr/include/lcm $(@D) && touch $@
 $(filter-out %/boot.o,$(TARGET_OBJ)): $(BUILD)/target/%.o: %.cpp
 	$(call compile,$(CXX) -std=c++17 $(TARGET_FLAGS) $(TARGET_DOCTEST))
 $(BUILD)/target/tests/firmware/target/boot.o: tests/firmware/target/boot.c
 	$(call compile,$(CC) -std=c99 $(TARGET_FLAGS))
-$(BUILD)/target_tests.elf: $(TARGET_OBJ) $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a \
-    $(BUILD)/libgpom.a tests/firmware/target/tests.ld
+$(BUILD)/target_tests.elf: $(TARGET_OBJ) $(LCM_OBJ) $(BUILD)/libgpom_device.a \
+    $(BUILD)/libgpom_codec.a $(BUILD)/libgpom.a tests/firmware/target/tests.ld
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(CPU_FLAGS) --specs=rdimon.specs -Wl,--gc-sections -T $(filter %.ld,$^) -o $@ \
 	    $(filter %.o,$^) $(filter %.a,$^) -lm

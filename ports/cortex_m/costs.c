@@ -2,7 +2,7 @@
  *
  * A street's scans go into a live map with a low-resolution map of 32 x 32 cells, all of its work
  * done after each scan; then points are asked for, with 8 + 8 neighbours and with 16 + 16, of the
- * street preset and of the default hyperparameters. Each counted interval prints "count NAME UNITS".
+ * street preset and of the default hyperparameters. Each interval prints "count NAME UNITS".
  */
 #include "ports/cortex_m/device_limits.h"
 #include "ports/cortex_m/semihosting.h"
