@@ -16,6 +16,8 @@ EXEC   ?=
 SEED   ?=
 LOG    ?=
 DATA   ?= ../shared/data
+PREFIX ?= /usr/local
+DESTDIR ?=
 LCM_GEN ?= lcm-gen
 SOAK_S ?= 600
 KILLS  ?= 200
@@ -54,6 +56,7 @@ CPU_cortex-m4 := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
 CPU_s390x     := -march=z196
 ifneq ($(CROSS),)
 CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4 or s390x))
+export CCACHE_DISABLE := 1 # it would not keep the call graphs
 MODE_arm  := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-unwind-tables \
              -fstack-usage -fcallgraph-info=su
 endif
@@ -95,7 +98,7 @@ CORE_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),src/sparse_g
                 $(wildcard src/*.cpp)))
 # What every program with the library in it is linked with.
 CORE_LIBS := $(if $(filter 1,$(SPARSE)),-lldl -lamd) -lm
-LCM_TOOL_SRC := tools/gpom_replay.cpp # these need liblcm: built with the daemon
+LCM_TOOL_SRC := tools/gpom_replay.cpp tools/gpom_bridge.cpp # need liblcm: built with the daemon
 TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
 # The hot path once more for each instruction set, in a namespace of its own.
 ISA_avx2   := -Dgpom=gpom_avx2 -UGPOM_LANES -DGPOM_LANES=8 -UGPOM_FMA -DGPOM_FMA=1 -mavx2 -mfma
@@ -111,12 +114,15 @@ ENDIAN_OBJ := $(call objects,$(wildcard tests/endian/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
+UART_OBJ  := $(call objects,$(wildcard ports/uart/*.c))
+TEMPLATE_OBJ := $(call objects,$(wildcard ports/template/*.c))
 # The daemon; what it shares with the tools are the readers of files.
 LINUX_OBJ := $(call objects,$(wildcard ports/linux/*.cpp))
 LINUX_LIB := $(filter-out %/gpomd.o,$(LINUX_OBJ)) \
              $(call objects,tools/lib/params_toml tools/lib/toml_table tools/lib/snapshot_file)
 LCM_TOOL_OBJ := $(call objects,$(LCM_TOOL_SRC) $(wildcard tests/linux/*.cpp))
-LCM_TOOLS := $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/library-map $(BUILD)/linux_tests
+LCM_TOOLS := $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/library-map $(BUILD)/linux_tests \
+             $(BUILD)/gpom-bridge
 CODEC_SRC := $(wildcard ports/codec/*.c)
 CODEC_OBJ := $(call objects,$(CODEC_SRC))
 FUZZERS   := $(patsubst tests/fuzz/%.cpp,build/host-fuzz/%,$(wildcard tests/fuzz/*.cpp))
@@ -143,7 +149,7 @@ help: ## List the targets
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
 	    awk -F '|' '{ printf "  %-15s %s\n", $$1, $$2 }'
 	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA SPARSE LOG DATA SKIP_BASE FUZZ_RUNS" \
-	    "FUZZ_SECONDS SOAK_S KILLS"
+	    "FUZZ_SECONDS SOAK_S KILLS GARBAGE_BYTES PREFIX DESTDIR"
 
 lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the library
 
@@ -162,7 +168,8 @@ codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS=
 bench-insert: tools ## Time inserting scans into a map of 20,000 beams
 	$(Q)$(BUILD)/gpom-live insert --params tools/params/street.toml
 
-gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build the LCM daemon and its tools
+gpomd: $(BUILD)/gpom-bridge
+gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build LCM daemon and its tools
 
 demo-lcm: gpomd $(BUILD)/gpom-sim $(BUILD)/gpom-query ## Replay a street or LOG into gpomd, compare
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
@@ -181,8 +188,8 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
-test-all: build/setup/lint linux-tests firmware fuzzers count-queries ## Run all tests and lint
-	$(Q)$(MAKE) CPU=cortex-m4 firmware
+test-all: build/setup/lint build/setup/install linux-tests fuzzers count-queries
+test-all: test-firmware-programs ## Run `test`, firmware, install, fuzz, lint
 	$(Q)$(MAKE) CONFIG=sanitize build/host-sanitize/gpomd build/host-sanitize/linux_tests
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(MAKE) endian
@@ -211,17 +218,24 @@ lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and c
 format: build/setup/lint ## Format all C and C++ sources in place
 	$(Q)python3 tools/lint.py reformat
 
+check-symbols: $(BUILD)/libgpom_device.a
 check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in library or codec
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) \
 	    $(if $(filter 1,$(SPARSE)),--sparse) $(BUILD)/libgpom.a
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
+	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) --port $(BUILD)/libgpom_device.a
 
-firmware: build/setup/firmware ## Build library and demo image for CPU (cortex-m7, cortex-m4)
+firmware: build/setup/firmware ## Build library and images for CPU (cortex-m7, cortex-m4)
 	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=$(CPU) firmware-image
 
-test-firmware: firmware ## Run the image in QEMU: result, instruction counts, sizes, stack
-	$(Q)$(MAKE) CPU=cortex-m4 firmware
+test-firmware: test-firmware-programs ## Run the images in QEMU: results, counts, sizes, stack
 	$(Q)$(RUN_TESTS) firmware
+
+demo-firmware: firmware firmware-host ## A street over LCM and a UART into QEMU: build/demo-firmware
+	$(Q)GPOM_BUILD=$(abspath $(BUILD)) tools/demo_firmware
+
+install: lib ## Install headers, libraries, pkg-config file, CMake package: PREFIX, DESTDIR
+	$(Q)tools/install/install $(BUILD) "$(DESTDIR)$(PREFIX)" "$(CORE_LIBS)"
 
 clean: ## Remove what was built, keep the installed Python environment
 	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/s390x-linux-gnu-*
@@ -232,7 +246,7 @@ distclean: ## Remove build/ whole
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
         demo-lcm soak results fuzz test test-all lint format check-symbols firmware test-firmware \
         clean distclean test-programs unit tsan endian codec-tests linux-tests fuzzers \
-        firmware-image FORCE
+        firmware-image firmware-host test-firmware-programs demo-firmware install FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -241,8 +255,9 @@ RUN_TESTS = SEED=$(SEED) EXEC="$(EXEC)" GPOM_DATA=$(abspath $(DATA)) \
             GPOM_BUILD=$(abspath build/host-release) FUZZ_RUNS=$(FUZZ_RUNS) \
             FUZZ_SECONDS=$(FUZZ_SECONDS) python3 tests/run.py
 
-test-programs: lib tools unit codec-tests linux-tests $(BUILD)/api_c99 build/setup/python
-	$(Q)$(MAKE) CONFIG=sanitize unit codec-tests
+test-programs: lib tools unit codec-tests linux-tests $(BUILD)/api_c99 $(BUILD)/template_test \
+    build/setup/python
+	$(Q)$(MAKE) CONFIG=sanitize unit codec-tests build/host-sanitize/template_test
 
 unit: $(BUILD)/unit_tests
 
@@ -265,7 +280,19 @@ linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/gpom-query $(BUILD)/library-map \
 
 codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 
-firmware-image: $(BUILD)/gpom_demo.elf $(BUILD)/libgpom_codec.a build/host-release/libicount.so
+# The PC's scalar path: one lane, multiply-adds fused, as on the microcontroller.
+FUSED := build/host-fused
+firmware-host: gpomd $(BUILD)/gpom-query build/setup/python
+	$(Q)$(MAKE) CROSS= CPU= CONFIG=release LANES=1 FMA=1 BUILD=$(FUSED) $(FUSED)/gpom-query \
+	    $(FUSED)/library-map
+
+test-firmware-programs: firmware firmware-host
+	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=cortex-m7 build/arm-none-eabi-cortex-m7/target_tests.elf
+	$(Q)$(MAKE) CPU=cortex-m4 firmware
+
+firmware-image: $(foreach i,demo costs device template,$(BUILD)/gpom_$(i).elf) \
+    build/host-release/libicount.so
+	$(Q)tests/firmware/budget.py $(CPU)
 
 build/setup/results: build/setup/python
 build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt
@@ -279,7 +306,7 @@ $(BUILD)/flags: FORCE
 
 $(CORE_OBJ) $(ISA_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
     $(PORT_OBJ) $(BENCH_OBJ) $(BENCH_ISA_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) \
-    $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): \
+    $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ) $(UART_OBJ) $(TEMPLATE_OBJ): \
     $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
 $(TEST_OBJ): | build/setup/test
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
@@ -291,8 +318,11 @@ define compile # compiler and flags
 	$(Q)$(1) -MMD -MP -c $< -o $@
 endef
 
+# On a microcontroller what runs seldom, or is short, is compiled for size.
+SMALL := $(if $(CROSS),index kernel lowres lowres_mark map)
+$(SMALL:%=$(BUILD)/obj/src/%.o): SIZE := -Os
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
-	$(call compile,$(CXX) $(CORE_FLAGS))
+	$(call compile,$(CXX) $(CORE_FLAGS) $(SIZE))
 $(ISA_OBJ): $(BUILD)/obj/src/answer_%.o: src/answer.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS) $(ISA_$*))
 $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) \
@@ -302,9 +332,9 @@ $(BENCH_ISAS:%=$(BUILD)/obj/bench/solve_%.o): $(BUILD)/obj/bench/solve_%.o: benc
 	$(call compile,$(CXX) $(HOST_FLAGS) $(ISA_$*))
 $(BENCH_ISAS:%=$(BUILD)/obj/bench/kernel_%.o): $(BUILD)/obj/bench/kernel_%.o: src/kernel.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS) $(ISA_$*))
-$(C99_OBJ): $(BUILD)/obj/%.o: %.c
+$(C99_OBJ) $(TEMPLATE_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
-$(CODEC_OBJ): $(BUILD)/obj/%.o: %.c
+$(CODEC_OBJ) $(UART_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(CODEC_FLAGS))
 $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS) -isystem $(BUILD)/lcm)
@@ -315,13 +345,24 @@ $(BUILD)/libgpom.a: $(CORE_OBJ) $(ISA_OBJ)
 	$(if $(V),,@echo "  AR   $@")
 	$(Q)rm -f $@ && $(AR) crs $@ $^
 
+MAJOR := $(shell sed -n 's/^.define GPOM_VERSION_MAJOR //p' include/gpom/status.h)
 # Linked by the C compiler: a need for the C++ runtime is a link error, not a surprise.
 $(BUILD)/libgpom.so: $(CORE_OBJ) $(ISA_OBJ)
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so -o $@ $^ $(CORE_LIBS)
+	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so.$(MAJOR) -o $@ $^ $(CORE_LIBS)
 $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CC) $(MODE) -o $@ $^ $(CORE_LIBS)
+
+# The template's program does nothing for ever: that it links is all.
+$(BUILD)/template $(BUILD)/template_test: $(BUILD)/obj/ports/template/port.o \
+    $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a $(BUILD)/libgpom.a
+$(BUILD)/template: $(BUILD)/obj/ports/template/main.o
+$(BUILD)/template_test: $(BUILD)/obj/ports/template/host_test.o | $(BUILD)/template
+$(BUILD)/template $(BUILD)/template_test:
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CC) $(MODE) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) $(filter %_codec.a,$^) \
+	    $(filter %gpom.a,$^) $(CORE_LIBS)
 
 # What lcm-gen makes of lcmtypes/, for tests only; the prefix keeps its gpom_map_t from ours.
 LCM_TYPES := $(wildcard lcmtypes/*.lcm)
@@ -334,13 +375,15 @@ $(BUILD)/lcm/stamp: $(LCM_TYPES) | build/setup/lcm
 	$(Q)$(LCM_GEN) -p --ppath $(@D)/python $(LCM_TYPES)
 	$(Q)touch $@
 $(LCM_OBJ): $(BUILD)/lcm/%.o: $(BUILD)/lcm/stamp
-	$(Q)$(CC) -std=gnu99 -O2 -g -w -c $(@:.o=.c) -o $@
+	$(Q)$(CC) $(CPU_FLAGS) $(if $(CROSS),-isystem $(BUILD)/target/include) -std=gnu99 -O2 -g -w \
+	    -c $(@:.o=.c) -o $@
+$(if $(CROSS),$(LCM_OBJ)): | $(BUILD)/target/include/stamp
 
 $(BUILD)/libgpom_codec.a: $(CODEC_OBJ)
 	$(if $(V),,@echo "  AR   $@")
 	$(Q)rm -f $@ && $(AR) crs $@ $^
 $(BUILD)/codec_tests: $(CODEC_TEST_OBJ) $(BUILD)/obj/tests/unit/main.o $(LCM_OBJ) \
-    $(BUILD)/libgpom_codec.a
+    $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
 $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)/libgpom_codec.a
@@ -350,21 +393,23 @@ $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)
 $(BUILD)/gpomd: $(BUILD)/obj/ports/linux/gpomd.o $(LINUX_LIB)
 $(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
     $(call objects,ports/linux/bus tools/lib/scan_log tools/lib/text_lines)
+$(BUILD)/gpom-bridge: $(call objects,tools/gpom_bridge tools/lib/serial_line ports/linux/bus) \
+    $(BUILD)/libgpom_device.a
 $(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) \
     $(call objects,tools/lib/scan_log tools/lib/text_lines)
 $(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/unit/main.cpp) \
     $(LINUX_LIB)
 $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_codec.a,$^) $(filter %gpom.a,$^) \
-	    -llcm -lz $(CORE_LIBS)
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) \
+	    $(filter %_codec.a,$^) $(filter %gpom.a,$^) -llcm -lz $(CORE_LIBS)
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
 $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SRC) \
-    $(wildcard ports/codec/*.h tests/codec/*.hpp include/gpom/*.h) | build/setup/fuzz
+    ports/uart/frame.c $(wildcard ports/*/*.h tests/codec/*.hpp include/gpom/*.h) | build/setup/fuzz
 	@mkdir -p $(@D)/$*_obj
 	$(if $(V),,@echo "  FUZZ $@")
-	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(CODEC_SRC))
+	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(CODEC_SRC) ports/uart/frame.c)
 	$(Q)clang++ -std=c++17 $(FUZZ_FLAGS) -o $@ $< tests/codec/types.cpp $(@D)/$*_obj/*.o -lz
 
 .SECONDEXPANSION: # gpom-some-tool is made from tools/gpom_some_tool.cpp
@@ -392,23 +437,57 @@ $(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(CORE_LIBS)
 
-$(STREET)/street.h: tools/street_header.py tools/params/street.toml tests/firmware/points.csv
-	$(Q)$(MAKE) CROSS= CPU= CONFIG=release build/host-release/gpom-sim
+$(STREET)/street.h: tools/street_header.py tools/params/street.toml \
+    tests/firmware/scans.csv tests/firmware/points.csv
 	@mkdir -p $(@D)
-	$(Q)build/host-release/gpom-sim --seed 1 --out $(STREET)/scans.csv
-	$(Q)python3 tools/street_header.py $(STREET)/scans.csv tools/params/street.toml \
+	$(Q)python3 tools/street_header.py tests/firmware/scans.csv tools/params/street.toml \
 	    tests/firmware/points.csv $@
 $(PORT_OBJ): $(STREET)/street.h
 
 LD_SCRIPT := ports/cortex_m/mps2_an500.ld
-$(BUILD)/gpom_demo.elf: $(PORT_OBJ) $(BUILD)/libgpom.a $(LD_SCRIPT)
+CORTEX_M := $(BUILD)/obj/ports/cortex_m
+$(BUILD)/gpom_demo.elf: $(CORTEX_M)/main.o
+$(BUILD)/gpom_costs.elf: $(CORTEX_M)/costs.o
+$(BUILD)/gpom_device.elf: $(CORTEX_M)/device_main.o $(CORTEX_M)/mps2.o $(BUILD)/libgpom_device.a \
+    $(BUILD)/libgpom_codec.a
+$(BUILD)/gpom_template.elf: $(call objects,ports/template/main.c ports/template/port.c) \
+    $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a
+$(BUILD)/%.elf: $(CORTEX_M)/startup.o $(BUILD)/libgpom.a $(LD_SCRIPT)
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CC) $(CPU_FLAGS) --specs=nano.specs -nostartfiles -Wl,--gc-sections,--fatal-warnings \
-	    -Wl,-Map=$(@:.elf=.map) -T $(LD_SCRIPT) -o $@ $(PORT_OBJ) $(BUILD)/libgpom.a -lm
+	    -Wl,-Map=$(@:.elf=.map) -T $(LD_SCRIPT) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) \
+	    $(filter %_codec.a,$^) $(filter %gpom.a,$^) -lm
+# The unit tests that make sense there, as hosted programs under newlib's semihosting: the library
+# is the device's, the tests are those of the PC.
+TARGET_TESTS := $(foreach i,main test_chol test_elementary test_index test_kdtree test_kernel \
+    test_lane test_local_gp test_map test_params test_scan test_select,tests/unit/$(i)) \
+    $(patsubst %.cpp,%,$(CODEC_TEST_SRC))
+TARGET_OBJ := $(TARGET_TESTS:%=$(BUILD)/target/%.o) $(BUILD)/target/tests/firmware/target/boot.o
+TARGET_INCLUDE := $(BUILD)/target/include $(BUILD)/lcm tests/firmware/target/include
+TARGET_FLAGS := $(CPU_FLAGS) -O2 -Wall -Wextra -Wno-psabi -DNDEBUG -DEIGEN_NO_DEBUG \
+    -DGPOM_ASSERTS=0 $(NUMERICS) $(INCLUDES) $(addprefix -isystem ,$(TARGET_INCLUDE)) \
+    -ffunction-sections -fdata-sections
+TARGET_DOCTEST := $(foreach i,NO_MULTITHREADING NO_POSIX_SIGNALS COLORS_NONE,-DDOCTEST_CONFIG_$(i))
+$(TARGET_OBJ): $(BUILD)/flags $(BUILD)/lcm/stamp | $(BUILD)/target/include/stamp
+$(BUILD)/target/include/stamp: | build/setup/test build/setup/lcm
+	$(Q)mkdir -p $(@D) && ln -sfn /usr/include/doctest /usr/include/lcm $(@D) && touch $@
+$(filter-out %/boot.o,$(TARGET_OBJ)): $(BUILD)/target/%.o: %.cpp
+	$(call compile,$(CXX) -std=c++17 $(TARGET_FLAGS) $(TARGET_DOCTEST))
+$(BUILD)/target/tests/firmware/target/boot.o: tests/firmware/target/boot.c
+	$(call compile,$(CC) -std=c99 $(TARGET_FLAGS))
+$(BUILD)/target_tests.elf: $(TARGET_OBJ) $(LCM_OBJ) $(BUILD)/libgpom_device.a \
+    $(BUILD)/libgpom_codec.a $(BUILD)/libgpom.a tests/firmware/target/tests.ld
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(CPU_FLAGS) --specs=rdimon.specs -Wl,--gc-sections -T $(filter %.ld,$^) -o $@ \
+	    $(filter %.o,$^) $(filter %.a,$^) -lm
+
+$(BUILD)/libgpom_device.a: $(UART_OBJ)
+	$(if $(V),,@echo "  AR   $@")
+	$(Q)rm -f $@ && $(AR) crs $@ $^
 
 # QEMU loads this into itself, so it is always for the host.
 build/host-release/libicount.so: ports/cortex_m/icount_plugin.c | build/setup/base
 	@mkdir -p $(@D)
 	$(Q)cc -std=c99 -O2 $(WARN) -shared -fPIC -o $@ $<
 
--include $(wildcard $(BUILD)/obj/*/*.d $(BUILD)/obj/*/*/*.d)
+-include $(wildcard $(foreach i,obj target,$(BUILD)/$(i)/*/*.d $(BUILD)/$(i)/*/*/*.d))

@@ -4,9 +4,9 @@
 usage: tests/run.py [--summary FILE.json] SUITE...
 
 Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux linux-sanitize tsan
-endian firmware instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by make,
-which builds what they need first. A failure is printed with its output, a skip with its reason.
-Exit code 1 if anything failed or nothing passed.
+endian firmware install instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by
+make, which builds what they need first. A failure is printed with its output, a skip with its
+reason. Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
 program (valgrind, say; not before the one with sanitizers, which would not bear it). FUZZ_RUNS is
 the number of inputs each fuzzer tries, from its fixed seed; FUZZ_SECONDS, if given, makes it run so
@@ -29,7 +29,7 @@ SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
 BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools",
         "linux"]
-EXTRA = ["linux-sanitize", "tsan", "endian", "firmware", "instructions", "fuzz", "lint"]
+EXTRA = ["linux-sanitize", "tsan", "endian", "firmware", "install", "instructions", "fuzz", "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
@@ -133,6 +133,9 @@ def run_doctest(results, suite, program, before=""):
 
 def run_c99(results):
     run_check(results, "c99: a C99 program needs no C++ runtime and runs", [f"{HOST}/api_c99"])
+    run_check(results, "c99: the template's unit test, a device with a virtual clock",
+              [f"{HOST}/template_test"])
+    run_check(results, "c99: the same with sanitizers", [f"{SANITIZE}/template_test"])
 
 
 def run_headers(results):
@@ -209,10 +212,11 @@ def run_firmware(results):
         return
     for name in names.splitlines():
         run_check(results, f"firmware: {name}", ["tests/firmware/check.py", name], show=True)
+    run_pytest(results, "firmware")
 
 
 def fuzz_targets(results):
-    """(name, command) of every fuzzer: one for each type of message, and the receiver."""
+    """(name, command) of every fuzzer: one for each type of message, receiver, and frames."""
     code, types = run(["env", "FUZZ_TYPE=list", "build/host-fuzz/fuzz_messages"])
     if code != 0:
         results.fail("fuzz: list of types", types)
@@ -220,6 +224,7 @@ def fuzz_targets(results):
     for name in types.split():
         yield name, ["env", f"FUZZ_TYPE={name}", "build/host-fuzz/fuzz_messages"]
     yield "receiver", ["build/host-fuzz/fuzz_receiver"]
+    yield "frame", ["build/host-fuzz/fuzz_frame"]
 
 
 def run_fuzz(results):
@@ -265,6 +270,7 @@ SUITES = {
     "tsan": run_tsan,
     "endian": run_endian,
     "firmware": run_firmware,
+    "install": lambda results: run_pytest(results, "install", "tests/install"),
     "instructions": run_instructions,
     "fuzz": run_fuzz,
     "lint": run_lint,

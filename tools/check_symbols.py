@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Fail on symbols that a fixed-memory core, or an image built from it, must not have.
 
-usage: check_symbols.py [--objdump PROGRAM] [--soft-double] [--sparse] libgpom.a
+usage: check_symbols.py [--objdump PROGRAM] [--soft-double] [--sparse] [--port] libgpom.a
        check_symbols.py [--objdump PROGRAM] [--soft-double] --image IMAGE.elf
        check_symbols.py [--objdump PROGRAM] --exports libgpom.so
 
@@ -9,6 +9,7 @@ Library: what its objects need from outside themselves must be in ALLOWED, and t
 static constructor and no writable data. Image: nothing in BANNED may have been linked. Shared
 library: exports functions gpom_*, at least one, and nothing else.
 --sparse also allows the functions of SuiteSparse that the sparse solve calls.
+--port also allows what the libraries below a port offer, gpom_*.
 --soft-double also allows double arithmetic in software (Cortex-M4F: the pose comes in double).
 """
 import argparse
@@ -76,13 +77,14 @@ def is_writable(section):
         not section.startswith(".data.rel.ro")
 
 
-def library_faults(program, path, allowed):
+def library_faults(program, path, allowed, is_port):
     rows = list(symbols(program, path))
     if not rows:
         yield f"{path}: holds no objects"
     defined = {name for _, section, _, name, _ in rows if section != "*UND*"}
     for member, section, size, name, is_debug in rows:
-        if section == "*UND*" and name not in defined and name not in allowed:
+        is_known = name in defined or name in allowed or (is_port and name.startswith("gpom_"))
+        if section == "*UND*" and not is_known:
             yield f"{path}({member}): needs '{name}', which is not on the list of allowed symbols"
         if section == "*COM*" or (is_writable(section) and size > 0 and not is_debug):
             yield f"{path}({member}): '{name}' is writable global data ({section}, {size} bytes)"
@@ -114,6 +116,7 @@ def main():
     parser.add_argument("--objdump", default="objdump")
     parser.add_argument("--soft-double", action="store_true")
     parser.add_argument("--sparse", action="store_true")
+    parser.add_argument("--port", action="store_true")
     parser.add_argument("--image", action="store_true")
     parser.add_argument("--exports", action="store_true")
     parser.add_argument("path")
@@ -125,7 +128,7 @@ def main():
     else:
         allowed = ALLOWED | (ARM_DOUBLE if args.soft_double else set()) | \
             (SUITESPARSE if args.sparse else set())
-        faults = list(library_faults(args.objdump, args.path, allowed))
+        faults = list(library_faults(args.objdump, args.path, allowed, args.port))
     for fault in faults:
         print(f"check-symbols: {fault}", file=sys.stderr)
     return 1 if faults else 0

@@ -37,7 +37,11 @@ COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "sca
           16: "poses_received", 17: "poses_refused", 24: "beams_hit", 25: "beams_no_return",
           26: "beams_nan", 27: "beams_not_positive", 28: "beams_too_near", 29: "beams_masked",
           30: "beams_full", 40: "maps_published", 41: "tiles_published", 42: "queries_answered",
-          43: "queries_refused", 44: "snapshots_written", 45: "snapshots_failed"}
+          43: "queries_refused", 44: "snapshots_written", 45: "snapshots_failed",
+          52: "frames_received", 53: "frames_short", 54: "frames_long", 55: "frames_corrupt",
+          56: "frames_repeated", 57: "frames_lost", 58: "datagrams_refused",
+          59: "messages_incomplete", 60: "messages_other", 61: "line_overruns",
+          62: "watchdog_resets"}
 PROBABILITY_UNKNOWN, CLASS_UNKNOWN = 255, 3
 
 

@@ -25,6 +25,10 @@ INDIRECT = {
     r"^gpom_query_raster$": r"\d+answer_rasterE",
     r"^gpom_scratch_bytes$|\d+check_scratchE": r"\d+scratch_bytes_forE",
     r"\d+answer_(points|raster)E": r"\d+answer_packetI",
+    # The hooks of gpom_port_t.
+    r"^gpom_device_\w+$|^ports/uart/\w+\.c:":
+        r"^ports/(cortex_m|template)/\w+\.c:(now_us|bytes_read|bytes_write|watchdog_feed|"
+        r"line_overruns|watchdog_resets)$",
 }
 # Functions that call back the caller of the library, whose stack is not the library's to know.
 CALLBACKS = re.compile(r"^gpom_snapshot_write_step$|\d+read_blockER15gpom_snapshot_t")

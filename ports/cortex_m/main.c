@@ -8,12 +8,13 @@
 
 enum {
     BEAM_MAX = STREET_SCANS * STREET_RANGES,
-    POINTS = sizeof street_points / sizeof street_points[0]
+    POINTS = sizeof street_points / sizeof street_points[0],
+    POINTS_AT_ONCE = 50
 };
 
 static uint64_t map_memory[(GPOM_MAP_BYTES(BEAM_MAX, 0) + 7) / 8];
 static uint8_t scratch_memory[GPOM_SCRATCH_BYTES(16, 1)];
-static gpom_answer_t answers[POINTS];
+static gpom_answer_t answers[POINTS_AT_ONCE];
 
 static gpom_status_t make_map(gpom_map_t **map)
 {
@@ -47,15 +48,6 @@ static gpom_status_t insert_street(gpom_map_t *map)
     return GPOM_OK;
 }
 
-static void print_count(const char *name, uint32_t n)
-{
-    semihosting_write("count ");
-    semihosting_write(name);
-    semihosting_write(" ");
-    semihosting_write_u32(n);
-    semihosting_write("\n");
-}
-
 /* The bits of a float as a decimal number, so that nothing is lost in print. */
 static void print_bits(float value)
 {
@@ -67,9 +59,9 @@ static void print_bits(float value)
     semihosting_write_u32(same.bits);
 }
 
-static void print_answers(void)
+static void print_answers(uint32_t n)
 {
-    for (int i = 0; i < POINTS; ++i) {
+    for (uint32_t i = 0; i < n; ++i) {
         semihosting_write("answer");
         print_bits(answers[i].mean);
         print_bits(answers[i].variance);
@@ -78,43 +70,33 @@ static void print_answers(void)
     }
 }
 
-static int stop(gpom_status_t status)
+static gpom_status_t answer_points(const gpom_map_t *map)
 {
-    semihosting_write("stopped: ");
-    semihosting_write(gpom_status_str(status));
-    semihosting_write("\n");
-    return 1;
+    const gpom_scratch_t scratch = {scratch_memory, sizeof scratch_memory};
+    for (uint32_t i = 0; i < POINTS; i += POINTS_AT_ONCE) {
+        const uint32_t n = POINTS - i < POINTS_AT_ONCE ? POINTS - i : POINTS_AT_ONCE;
+        const gpom_status_t status =
+            gpom_query_points(map, &street_points[i], n, answers, &scratch);
+        if (status != GPOM_OK) {
+            return status;
+        }
+        print_answers(n);
+    }
+    return GPOM_OK;
 }
 
 int main(void)
 {
     gpom_map_t *map;
     gpom_status_t status = make_map(&map);
+    status = status == GPOM_OK ? insert_street(map) : status;
+    status = status == GPOM_OK ? gpom_map_build(map) : status;
+    status = status == GPOM_OK ? answer_points(map) : status;
     if (status != GPOM_OK) {
-        return stop(status);
+        semihosting_write("stopped: ");
+        semihosting_write(gpom_status_str(status));
+        semihosting_write("\n");
+        return 1;
     }
-    gpom_count_begin();
-    status = insert_street(map);
-    gpom_count_end();
-    print_count("beam", BEAM_MAX);
-    if (status != GPOM_OK) {
-        return stop(status);
-    }
-    gpom_count_begin();
-    status = gpom_map_build(map);
-    gpom_count_end();
-    print_count("build", 1);
-    if (status != GPOM_OK) {
-        return stop(status);
-    }
-    const gpom_scratch_t scratch = {scratch_memory, sizeof scratch_memory};
-    gpom_count_begin();
-    status = gpom_query_points(map, street_points, POINTS, answers, &scratch);
-    gpom_count_end();
-    print_count("query", POINTS);
-    if (status != GPOM_OK) {
-        return stop(status);
-    }
-    print_answers();
     return 0;
 }

@@ -13,7 +13,7 @@
 #define CPACR (*(volatile uint32_t *)0xE000ED88u)
 #define CPACR_FPU_FULL_ACCESS (0xFu << 20)
 
-#define VECTORS 16
+#define VECTORS 18 /* the processor's 16, and interrupts 0 and 1 */
 
 extern uint32_t stack_top, data_load, data_begin, data_end, bss_begin, bss_end;
 
@@ -61,7 +61,8 @@ __attribute__((noinline, noclone, used)) void gpom_count_end(void)
     __asm__ volatile("nop" ::: "memory");
 }
 
-static void fault_entry(void)
+void fault_entry(void);
+void fault_entry(void)
 {
     semihosting_write("processor fault\n");
     semihosting_exit(SEMIHOSTING_EXIT_FAULT);
@@ -81,15 +82,25 @@ void reset_entry(void)
     semihosting_exit(main());
 }
 
+/* Entries of exceptions and interrupts that an image may define; the others end the run. */
+#define MAY_BE_DEFINED __attribute__((weak, alias("fault_entry")))
+void nmi_entry(void) MAY_BE_DEFINED;
+void systick_entry(void) MAY_BE_DEFINED;
+void uart0_receive_entry(void) MAY_BE_DEFINED;
+void uart0_transmit_entry(void) MAY_BE_DEFINED;
+
 typedef union {
     void (*entry)(void);
     uint32_t *stack;
 } vector_t;
 
-/* Entries 2 to 15 all end the run; the machine has no interrupt enabled, so no more are needed. */
 __attribute__((section(".vectors"), used)) static const vector_t vectors[VECTORS] = {
-    {.stack = &stack_top},  {.entry = reset_entry}, {.entry = fault_entry}, {.entry = fault_entry},
-    {.entry = fault_entry}, {.entry = fault_entry}, {.entry = fault_entry}, {.entry = fault_entry},
-    {.entry = fault_entry}, {.entry = fault_entry}, {.entry = fault_entry}, {.entry = fault_entry},
-    {.entry = fault_entry}, {.entry = fault_entry}, {.entry = fault_entry}, {.entry = fault_entry},
+    {.stack = &stack_top},           {.entry = reset_entry}, {.entry = nmi_entry},
+    {.entry = fault_entry}, /* hard fault, to which all other faults escalate */
+    {.entry = fault_entry},          {.entry = fault_entry}, {.entry = fault_entry},
+    {.entry = fault_entry},          {.entry = fault_entry}, {.entry = fault_entry},
+    {.entry = fault_entry},          {.entry = fault_entry}, {.entry = fault_entry},
+    {.entry = fault_entry},          {.entry = fault_entry}, {.entry = systick_entry},
+    {.entry = uart0_receive_entry}, /* interrupt 0 of the mps2 */
+    {.entry = uart0_transmit_entry},
 };

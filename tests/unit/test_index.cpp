@@ -309,7 +309,8 @@ TEST_CASE("searches equal brute force after everything was forgotten, in a build
 TEST_CASE("building ends for slices of any size")
 {
     GPOM_TELL_SEED();
-    for (const std::uint32_t slice : {1u, 2u, 13u, 1000u, UINT32_MAX}) {
+    for (const std::uint32_t slice :
+         std::initializer_list<std::uint32_t>{1, 2, 13, 1000, UINT32_MAX}) {
         CAPTURE(slice);
         TestMap map(index_config());
         Life life(map.get()->index, 122);

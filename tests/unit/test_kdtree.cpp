@@ -138,7 +138,7 @@ Tree build(const std::vector<gpom::Beam> &beams, const std::vector<std::uint32_t
         REQUIRE(used <= slice);
         n_operations += used;
     }
-    const double levels = std::ceil(std::log2(std::max(1u, gpom::leaf_count(n))));
+    const double levels = std::ceil(std::log2(std::max<std::uint32_t>(1, gpom::leaf_count(n))));
     CHECK(static_cast<double>(n_operations) <= 1.0 * n * (1.0 + levels * (gpom::kSplitsMax + 1.0)));
     return made;
 }
@@ -330,7 +330,7 @@ template <class Part> void check_permuted(const World &world, std::uint32_t n, c
     const std::vector<gpom::Beam> beams = beams_of(world, n);
     std::vector<std::uint32_t> slots = members<Part>(beams);
     const Tree tree = build(beams, slots, part);
-    for (const std::uint32_t slice : {UINT32_MAX, 1u, 7u, 100u}) {
+    for (const std::uint32_t slice : std::initializer_list<std::uint32_t>{UINT32_MAX, 1, 7, 100}) {
         std::shuffle(slots.begin(), slots.end(), random.bits);
         const Tree again = build(beams, slots, part, slice);
         CHECK(std::memcmp(again.boxes.data(), tree.boxes.data(),

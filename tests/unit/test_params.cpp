@@ -200,7 +200,8 @@ TEST_CASE("parameters not from gpom_params_init are refused")
     const char *problem = "untouched";
     CHECK(gpom_params_check(nullptr, &problem) == GPOM_ERR_ARG);
     CHECK(problem == nullptr);
-    for (const std::uint32_t bytes : {0u, p.struct_bytes - 1, p.struct_bytes + 4, 0xffffffffu}) {
+    for (const std::uint32_t bytes : std::initializer_list<std::uint32_t>{
+             0, p.struct_bytes - 1, p.struct_bytes + 4, UINT32_MAX}) {
         p.struct_bytes = bytes;
         CHECK(gpom_params_check(&p, nullptr) == GPOM_ERR_ARG);
     }

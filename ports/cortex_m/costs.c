@@ -1,0 +1,153 @@
+/* What calls cost on a Cortex-M: the image whose intervals icount_plugin.c counts.
+ *
+ * A street's scans go into a live map with a low-resolution map of 32 x 32 cells, all of its work
+ * done after each scan; then points are asked for, with 8 + 8 neighbours and with 16 + 16, of the
+ * street preset and of the default hyperparameters. Each interval prints "count NAME UNITS".
+ */
+#include "ports/cortex_m/device_limits.h"
+#include "ports/cortex_m/semihosting.h"
+#include "street.h"
+
+enum { MANY = 16, POINTS = 100 }; /* neighbours of each kind; points asked for */
+
+static uint64_t map_memory[(GPOM_MAP_BYTES(DEVICE_BEAM_MAX, DEVICE_NX *DEVICE_NY) + 7) / 8];
+static uint8_t scratch_memory[GPOM_SCRATCH_BYTES(2 * MANY, 1)];
+static const gpom_scratch_t scratch = {scratch_memory, sizeof scratch_memory};
+static gpom_answer_t answers[POINTS];
+
+static void print_count(const char *name, uint32_t n)
+{
+    semihosting_write("count ");
+    semihosting_write(name);
+    semihosting_write(" ");
+    semihosting_write_u32(n);
+    semihosting_write("\n");
+}
+
+static void require(gpom_status_t status)
+{
+    if (status != GPOM_OK) {
+        semihosting_write("stopped: ");
+        semihosting_write(gpom_status_str(status));
+        semihosting_write("\n");
+        semihosting_exit(1);
+    }
+}
+
+static gpom_map_t *make_map(const gpom_params_t *params, uint16_t n_each)
+{
+    gpom_config_t config;
+    gpom_config_init(&config);
+    config.beam_max = DEVICE_BEAM_MAX;
+    config.params = *params;
+    config.params.n_hits = config.params.n_free = n_each;
+    config.keep_m = 0.1f;
+    config.clear_scans = 3;
+    config.lowres_nx = DEVICE_NX;
+    config.lowres_ny = DEVICE_NY;
+    config.lowres_cell_m = DEVICE_CELL_M;
+    config.lowres_x0_m = DEVICE_X0_M;
+    config.lowres_y0_m = DEVICE_Y0_M;
+    gpom_map_t *map;
+    require(gpom_map_init(&map, &config, map_memory, sizeof map_memory));
+    return map;
+}
+
+static void insert_scan(gpom_map_t *map, int i_scan, const char *name)
+{
+    gpom_sensor_t sensor;
+    gpom_sensor_init(&sensor);
+    sensor.range_max_m = street_range_max_m;
+    const double *const at = street_poses[i_scan];
+    const gpom_pose_t pose = {at[0], at[1], at[2], NULL};
+    const gpom_scan_t scan = {2000000 * (int64_t)i_scan, street_angle_min_rad,
+                              street_angle_step_rad, street_ranges_m[i_scan], STREET_RANGES};
+    gpom_count_begin();
+    const gpom_status_t status = gpom_scan_insert(map, &scan, &sensor, &pose);
+    gpom_count_end();
+    print_count(name, 1);
+    require(status);
+}
+
+/* All the work that is left, in slices of the least budget. */
+static void step(gpom_map_t *map, uint32_t n_points)
+{
+    uint64_t n_used;
+    do {
+        gpom_count_begin();
+        const gpom_status_t status =
+            gpom_map_step(map, GPOM_STEP_OPS_MIN(n_points), &scratch, &n_used);
+        gpom_count_end();
+        print_count("step", 1);
+        require(status);
+    } while (n_used > 0);
+}
+
+static uint32_t dirty_cells(const gpom_map_t *map)
+{
+    gpom_lowres_info_t info;
+    require(gpom_lowres_info(map, GPOM_LAYER_COARSE, &info));
+    return info.n_dirty;
+}
+
+/* The round over all cells that follows a change: nothing is dirty, no tree is being built. */
+static void refresh(gpom_map_t *map, uint32_t n_points, const char *name)
+{
+    uint64_t n_used;
+    require(gpom_map_build(map));
+    while (dirty_cells(map) > 0) {
+        require(gpom_map_step(map, GPOM_LOWRES_GROUP_OPS(n_points), &scratch, &n_used));
+    }
+    gpom_count_begin();
+    gpom_status_t status;
+    do {
+        status = gpom_map_step(map, GPOM_LOWRES_GROUP_OPS(n_points), &scratch, &n_used);
+    } while (status == GPOM_OK && n_used > 0);
+    gpom_count_end();
+    print_count(name, DEVICE_NX * DEVICE_NY);
+    require(status);
+}
+
+static void query(const gpom_map_t *map, const char *name)
+{
+    gpom_count_begin();
+    const gpom_status_t status = gpom_query_points(map, street_points, POINTS, answers, &scratch);
+    gpom_count_end();
+    print_count(name, POINTS);
+    require(status);
+}
+
+/* A map of the whole street, indexed at once, and queries of it. */
+static gpom_map_t *query_street(const gpom_params_t *params, uint16_t n_each, const char *name)
+{
+    gpom_map_t *const map = make_map(params, n_each);
+    for (int i = 0; i < STREET_SCANS; ++i) {
+        insert_scan(map, i, "insert_at_once");
+    }
+    gpom_count_begin();
+    const gpom_status_t status = gpom_map_build(map);
+    gpom_count_end();
+    print_count("build", gpom_map_beam_count(map));
+    require(status);
+    query(map, name);
+    return map;
+}
+
+int main(void)
+{
+    gpom_map_t *map = make_map(&street_params, 8);
+    for (int i = 0; i < STREET_SCANS - 1; ++i) {
+        insert_scan(map, i, "insert");
+        step(map, 16);
+    }
+    insert_scan(map, STREET_SCANS - 1, "insert");
+    refresh(map, 16, "refresh");
+    query(map, "query_8+8");
+    (void)query_street(&street_params, MANY, "query_16+16");
+    gpom_params_t plain; /* Matern-1/2 */
+    gpom_params_init(&plain);
+    map = query_street(&plain, 8, "query_plain_8+8");
+    refresh(map, 16, "refresh_plain");
+    (void)query_street(&plain, MANY, "query_plain_16+16");
+    return 0;
+}

@@ -1,0 +1,44 @@
+/* The image of a real device: scans come over UART 0, the map goes back (ports/uart/device.h). */
+#include "ports/cortex_m/device_limits.h"
+#include "ports/cortex_m/mps2.h"
+#include "street.h"
+
+static uint64_t memory[GPOM_DEVICE_BYTES(DEVICE_BEAM_MAX, DEVICE_NX *DEVICE_NY, DEVICE_RANGES_MAX,
+                                         DEVICE_POINTS, 1) /
+                           8 +
+                       1];
+static gpom_device_t device;
+
+static gpom_device_config_t configure(void)
+{
+    gpom_device_config_t config;
+    gpom_device_config_init(&config);
+    config.map.params = street_params;
+    config.map.beam_max = DEVICE_BEAM_MAX;
+    config.map.keep_m = 0.1f;
+    config.map.clear_scans = 3;
+    config.map.lowres_nx = DEVICE_NX;
+    config.map.lowres_ny = DEVICE_NY;
+    config.map.lowres_cell_m = DEVICE_CELL_M;
+    config.map.lowres_x0_m = DEVICE_X0_M;
+    config.map.lowres_y0_m = DEVICE_Y0_M;
+    config.sensor.range_max_m = street_range_max_m;
+    config.ranges_max = DEVICE_RANGES_MAX;
+    return config;
+}
+
+/* Only where the configuration was changed and not tried: the watchdog tries again for ever. */
+int main(void)
+{
+    mps2_init();
+    const gpom_device_config_t config = configure();
+    const gpom_port_t port = mps2_port();
+    if (gpom_device_init(&device, &config, &port, memory, sizeof memory) != GPOM_OK) {
+        return 1;
+    }
+    for (;;) {
+        if (!gpom_device_tick(&device)) {
+            mps2_sleep();
+        }
+    }
+}
