@@ -119,6 +119,12 @@ TOOLS     := $(subst _,-,$(TOOL_SRC:tools/%.cpp=$(BUILD)/%))
 SCRIPT_SRC := $(wildcard tools/gpom_*.py) tools/exact_gp.py
 SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
 
+# CAN: frames and the example, C99 as the codec.
+CAN_SRC      := $(wildcard ports/can/*.c ports/can/examples/*.c)
+CAN_OBJ      := $(call objects,$(CAN_SRC))
+CAN_TEST_OBJ := $(call objects,$(wildcard tests/can/*.cpp))
+CAN_GUEST    := build/can/guest
+
 BENCH_LIB := $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive street_world scan_log \
              text_lines truth host_map params_toml toml_table))
 BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
@@ -321,6 +327,23 @@ $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_codec.a,$^) $(filter %gpom.a,$^) \
 	    -llcm -lz
+
+# --- CAN ---
+$(CAN_OBJ): $(BUILD)/obj/%.o: %.c
+	$(call compile,$(CC) $(CODEC_FLAGS))
+$(CAN_TEST_OBJ): $(BUILD)/obj/%.o: %.cpp | build/setup/test
+	$(call compile,$(CXX) $(HOST_FLAGS))
+$(CAN_OBJ) $(CAN_TEST_OBJ): $(BUILD)/flags
+$(BUILD)/libgpom_can.a: $(CAN_OBJ)
+	$(if $(V),,@echo "  AR   $@")
+	$(Q)rm -f $@ && $(AR) crs $@ $^
+# For tests by ctypes: all that is hidden in the library is open here.
+$(BUILD)/libgpom_can.so: $(CAN_SRC) $(wildcard ports/can/*.h ports/can/examples/*.h)
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CC) -std=c99 -pedantic-errors -shared -O2 -fPIC $(WARN) $(INCLUDES) -o $@ $(CAN_SRC)
+$(BUILD)/can_tests: $(CAN_TEST_OBJ) $(BUILD)/obj/tests/unit/main.o $(BUILD)/libgpom_can.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
 $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SRC) \
