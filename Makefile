@@ -123,7 +123,6 @@ SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
 CAN_SRC      := $(wildcard ports/can/*.c ports/can/examples/*.c)
 CAN_OBJ      := $(call objects,$(CAN_SRC))
 CAN_TEST_OBJ := $(call objects,$(wildcard tests/can/*.cpp))
-CAN_GUEST    := build/can/guest
 
 BENCH_LIB := $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive street_world scan_log \
              text_lines truth host_map params_toml toml_table))
@@ -164,6 +163,7 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
+test-all: can-tests build/setup/can
 test-all: build/setup/lint firmware fuzzers count-queries ## Run `test`, firmware, fuzz, lint
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 	$(Q)$(MAKE) CONFIG=thread tsan
@@ -180,15 +180,20 @@ bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann, FMA pe
 bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
 	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
 
+test-can: can-tests build/setup/can ## Test CAN: frames, and gpomd on vcan or in a QEMU guest
+	$(Q)$(RUN_TESTS) can
+
 lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
 	$(Q)python3 tools/lint.py format rules tidy
 
 format: build/setup/lint ## Format all C and C++ sources in place
 	$(Q)python3 tools/lint.py reformat
 
+check-symbols: $(BUILD)/libgpom_can.a
 check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in library or codec
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom.a
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
+	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_can.a
 
 firmware: build/setup/firmware ## Build library and demo image for CPU (cortex-m7, cortex-m4)
 	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=$(CPU) firmware-image
@@ -205,8 +210,8 @@ distclean: ## Remove build/ whole
 
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
         demo-lcm results fuzz test test-all lint format check-symbols firmware test-firmware clean \
-        distclean test-programs unit tsan endian codec-tests linux-tests fuzzers firmware-image \
-        FORCE
+        distclean test-programs unit tsan endian codec-tests linux-tests can-tests test-can \
+        fuzzers firmware-image FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -238,10 +243,12 @@ linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/library-map $(BUILD)/linux_tests $
 
 codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 
+firmware-image: $(BUILD)/libgpom_can.a
 firmware-image: $(BUILD)/gpom_demo.elf $(BUILD)/libgpom_codec.a build/host-release/libicount.so
 
-build/setup/results: build/setup/python
-build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt
+build/setup/results build/setup/can: build/setup/python
+build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt \
+    tools/requirements-can.txt
 	$(Q)tools/setup $*
 
 # Objects are made again when a flag changes, not only when a file does.
@@ -323,12 +330,14 @@ $(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) \
     $(call objects,tools/lib/scan_log tools/lib/text_lines)
 $(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/unit/main.cpp) \
     $(LINUX_LIB)
-$(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a
+$(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a $(BUILD)/libgpom_can.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_codec.a,$^) $(filter %gpom.a,$^) \
-	    -llcm -lz
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_codec.a %_can.a,$^) \
+	    $(filter %gpom.a,$^) -llcm -lz
 
 # --- CAN ---
+can-tests: gpomd $(BUILD)/can_tests $(BUILD)/libgpom_can.so $(BUILD)/gpom-sim $(BUILD)/lcm/stamp \
+    $(BUILD)/linux_tests
 $(CAN_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(CODEC_FLAGS))
 $(CAN_TEST_OBJ): $(BUILD)/obj/%.o: %.cpp | build/setup/test
@@ -396,4 +405,4 @@ build/host-release/libicount.so: ports/cortex_m/icount_plugin.c | build/setup/ba
 	@mkdir -p $(@D)
 	$(Q)cc -std=c99 -O2 $(WARN) -shared -fPIC -o $@ $<
 
--include $(wildcard $(BUILD)/obj/*/*.d $(BUILD)/obj/*/*/*.d)
+-include $(wildcard $(BUILD)/obj/*/*.d $(BUILD)/obj/*/*/*.d $(BUILD)/obj/*/*/*/*.d)

@@ -3,9 +3,9 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux tsan endian firmware
-instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by make, which builds
-what they need first. A failure is printed with its output, a skip with its reason. Exit code 1 if
+Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux tsan endian can
+firmware instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by make, which
+builds what they need first. A failure is printed with its output, a skip with its reason. Exit code 1 if
 anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
 program (valgrind, say; not before the one with sanitizers, which would not bear it). FUZZ_RUNS is
@@ -29,7 +29,7 @@ SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
 BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools",
         "linux"]
-EXTRA = ["tsan", "endian", "firmware", "instructions", "fuzz", "lint"]
+EXTRA = ["tsan", "endian", "can", "firmware", "instructions", "fuzz", "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
@@ -83,7 +83,11 @@ def run_junit(results, suite, command, report):
     os.makedirs(RESULTS, exist_ok=True)
     if os.path.exists(report):
         os.remove(report)
-    code, output = run(command)
+    count_junit(results, suite, *run(command), report)
+
+
+def count_junit(results, suite, code, output, report):
+    """Count the test cases of a program's results."""
     try:
         cases = list(ElementTree.parse(report).iter("testcase"))
     except (OSError, ElementTree.ParseError):
@@ -139,7 +143,8 @@ def run_headers(results):
     headers = sorted(glob.glob("include/gpom/*.h"))
     if not headers:
         results.fail("headers", "include/gpom holds no header")
-    for header in [*headers, *sorted(glob.glob("ports/codec/*.h"))]:
+    for header in [*headers, *sorted(glob.glob("ports/codec/*.h")),
+                   *sorted(glob.glob("ports/can/**/*.h", recursive=True))]:
         for language, compiler in HEADER_CHECKS.items():
             run_check(results, f"headers: {header} compiles alone as {language}",
                       compiler.split() + ["-fsyntax-only", "-Iinclude", "-I.", "-include", header,
@@ -169,10 +174,13 @@ def run_symbols(results):
 
 
 def run_pytest(results, suite, before=()):
-    report = f"{RESULTS}/{suite}.xml"
-    run_junit(results, suite, [*before, "build/venv/bin/python", "-m", "pytest", "-q", "-p",
-                               "no:cacheprovider", f"--junitxml={report}", f"tests/{suite}"],
-              report)
+    report = f"{RESULTS}/{suite.replace('/', '-')}.xml"
+    run_junit(results, suite, [*before, *pytest_words(suite), f"--junitxml={report}"], report)
+
+
+def pytest_words(suite):
+    return ["build/venv/bin/python", "-m", "pytest", "-q", "-p", "no:cacheprovider",
+            f"tests/{suite}"]
 
 
 def run_linux(results):
@@ -181,6 +189,26 @@ def run_linux(results):
     as_root = ["unshare", "-r"]
     may_be_root = os.getuid() != 0 and run([*as_root, "true"])[0] == 0
     run_pytest(results, "linux", as_root if may_be_root else ())
+
+
+def run_can(results):
+    """Frames here; gpomd on vcan where this kernel has it, else in a guest whose kernel does."""
+    run_doctest(results, "can-unit", f"{HOST}/can_tests")
+    run_pytest(results, "can")
+    has_vcan = run(["unshare", "-n", "ip", "link", "add", "vcan0", "type", "vcan"])[0] == 0
+    if has_vcan:
+        run_pytest(results, "can_bus")
+        return
+    work = f"{RESULTS}/can-guest"
+    environment = [f"{name}={os.environ[name]}" for name in ("GPOM_SEED", "GPOM_BUILD")
+                   if name in os.environ]
+    command = ["tests/can/guest.py", work, "env", *environment, *pytest_words("can_bus"),
+               "--junitxml=/mnt/shared/bus.xml"]
+    code, output = run(command)
+    if code == SKIP_EXIT_CODE:
+        results.skip("can: gpomd on a CAN bus", output.strip().splitlines()[-1])
+    else:
+        count_junit(results, "can-bus", code, output, f"{work}/bus.xml")
 
 
 def run_tsan(results):
@@ -253,6 +281,7 @@ SUITES = {
     "tools": lambda results: run_pytest(results, "tools"),
     "linux": run_linux,
     "tsan": run_tsan,
+    "can": run_can,
     "endian": run_endian,
     "firmware": run_firmware,
     "instructions": run_instructions,

@@ -32,7 +32,11 @@ COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "sca
           16: "poses_received", 17: "poses_refused", 24: "beams_hit", 25: "beams_no_return",
           26: "beams_nan", 27: "beams_not_positive", 28: "beams_too_near", 29: "beams_masked",
           30: "beams_full", 40: "maps_published", 41: "tiles_published", 42: "queries_answered",
-          43: "queries_refused", 44: "snapshots_written", 45: "snapshots_failed"}
+          43: "queries_refused", 44: "snapshots_written", 45: "snapshots_failed",
+          48: "can_received", 49: "can_bad_length", 50: "can_bad_crc", 51: "can_bad_counter",
+          52: "can_bad_value", 53: "can_lost", 54: "can_reordered", 55: "can_errors",
+          56: "can_bus_offs", 57: "can_overflows", 58: "can_downs", 59: "can_sent",
+          60: "can_not_sent", 61: "odometry_gaps"}
 PROBABILITY_UNKNOWN, CLASS_UNKNOWN = 255, 3
 
 

@@ -24,7 +24,8 @@ COLUMNS_MAX = 100
 
 # Host code that lives in a port because it belongs to it: no limits on libc there. Of the daemon
 # that is what runs at start, or writes the log; the rest of it has no heap.
-HOST_SIDE = {"ports/cortex_m/icount_plugin.c", "ports/linux/config.cpp", "ports/linux/gpomd.cpp"}
+HOST_SIDE = {"ports/cortex_m/icount_plugin.c", "ports/linux/can_config.cpp",
+             "ports/linux/config.cpp", "ports/linux/gpomd.cpp"}
 
 PUBLIC_SYSTEM_HEADERS = {"stddef.h", "stdint.h", "stdbool.h", "limits.h", "float.h"}
 CORE_SYSTEM_HEADERS = PUBLIC_SYSTEM_HEADERS | {
@@ -219,7 +220,7 @@ def tidy_one(path):
 
 def check_tidy():
     files = (glob.glob("src/*.cpp") + glob.glob("ports/cortex_m/*.c") +
-             glob.glob("ports/codec/*.c"))
+             glob.glob("ports/codec/*.c") + glob.glob("ports/can/**/*.c", recursive=True))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         rows = list(pool.map(tidy_one, sorted(files)))
     for is_clean, output in rows:
