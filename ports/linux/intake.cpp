@@ -15,6 +15,9 @@ namespace
 /// A beam's time further from its scan's is a fault of the sender.
 constexpr std::int64_t kBeamTimeMax_us = 1000000;
 
+/// Poses nearer in time tell little of odometry's errors beside their own.
+constexpr std::int64_t kLearn_us = 1000000;
+
 /// Bearings and steps within what the library takes.
 bool is_angle(double angle_rad) { return std::fabs(angle_rad) <= 100.0; }
 bool is_step(double angle_rad) { return std::fabs(angle_rad) <= 10.0; }
@@ -300,8 +303,19 @@ void Intake::take_pose(const Message &message)
     match_waiting();
 }
 
+/// The newest pose tells how good the odometry was since one a while before.
+void Intake::learn_odometry()
+{
+    StampedPose from = {}, to = {};
+    if (odometry_ != nullptr && poses_.not_after(INT64_MAX, to) &&
+        poses_.not_after(to.stamp_us - kLearn_us, from)) {
+        odometry_->learn(from, to, config_->pose.cov); // if it has not come yet: the next time
+    }
+}
+
 void Intake::match_waiting()
 {
+    learn_odometry();
     std::size_t n_left = 0;
     for (std::size_t i = 0; i < n_waiting_; ++i) {
         const std::uint32_t i_slot = waiting_[i];

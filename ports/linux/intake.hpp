@@ -33,7 +33,7 @@ public:
     /// A message on the pose channel.
     void take_pose(const Message &message);
     /// Carry poses on by odometry from now on.
-    void use_odometry(const Odometry &odometry) { odometry_ = &odometry; }
+    void use_odometry(Odometry &odometry) { odometry_ = &odometry; }
     /// Look for poses of waiting scans again: odometry may have come.
     void match_waiting();
     /// Give up scans that have waited too long for a pose.
@@ -62,6 +62,7 @@ private:
     bool is_set_back(Track &track, std::int64_t stamp_us);
     void keep_spare();
     PoseMatch match(ScanSlot &slot) const;
+    void learn_odometry();
     PoseMatch pose_at(std::int64_t stamp_us, StampedPose &pose, float *cov) const;
     bool settle(std::uint32_t i_slot, PoseMatch match);
     void drop(std::uint32_t i_slot, std::size_t place);
@@ -71,9 +72,9 @@ private:
     Counts *counts_ = nullptr;
     Track tracks_[kSensorsMax] = {};
     PoseRing poses_;
-    const Odometry *odometry_ = nullptr; ///< None: poses are interpolated alone.
-    std::uint32_t spare_ = 0;            ///< The slot that the next scan is decoded into.
-    std::uint32_t *waiting_ = nullptr;   ///< Slots without pose, in order of arrival.
+    Odometry *odometry_ = nullptr;     ///< None: poses are interpolated alone.
+    std::uint32_t spare_ = 0;          ///< The slot that the next scan is decoded into.
+    std::uint32_t *waiting_ = nullptr; ///< Slots without pose, in order of arrival.
     std::size_t n_waiting_ = 0;
 };
 

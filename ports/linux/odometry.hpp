@@ -1,5 +1,5 @@
 // Dead reckoning: poses carried on from the last one by speed and yaw rate, with what is then not
-// known of them.
+// known of them. Each pose that comes teaches the constant errors of either.
 #ifndef GPOM_LINUX_ODOMETRY_HPP
 #define GPOM_LINUX_ODOMETRY_HPP
 
@@ -20,6 +20,16 @@ struct OdometryConfig {
     double yaw_rate_bias_sd; ///< Constant error of the yaw rate, standard deviation [rad/s].
     double speed_noise;      ///< White error of the speed [m / sqrt(s)].
     double yaw_rate_noise;   ///< White error of the yaw rate [rad / sqrt(s)].
+};
+
+/// Time in which a constant error may become another one: what is learnt of it fades so.
+constexpr double kErrorLife_s = 300.0;
+
+/// Constant errors as they are believed to be: true speed = (1 - scale) speed, true yaw rate =
+/// yaw rate - bias.
+struct OdometryErrors {
+    double scale, bias_radps;
+    double scale_var, cross, bias_var; ///< Their covariance.
 };
 
 /// What wheels say at a time.
@@ -57,11 +67,24 @@ public:
     /// With d the way, s and b the constant errors of speed and yaw rate, the error is to first
     /// order J_from e + (d, 0) s + J_b b plus what white errors add on the way (Thrun, Burgard and
     /// Fox 2005, sec. 5.4; a random walk in yaw, its effect on the place through F of each step).
+    /// Errors that were learnt are taken out; what is not known of them stays.
     /// Cost: 60 operations a sample on the way, at most kMotions.
     PoseMatch carry(const StampedPose &from, std::int64_t stamp_us, StampedPose &pose,
                     PoseCov &cov) const;
 
+    /// Learn the constant errors from two poses, each with covariance `cov`: a Kalman update by how
+    /// far the earlier one, carried on, is from the later one. Pairs that do not begin after the
+    /// last one learnt from, and such as the errors cannot explain (chi-squared over 16.3, one in
+    /// a thousand), are left out. False: odometry up to the later pose has not come yet.
+    bool learn(const StampedPose &from, const StampedPose &to, const float *cov);
+
+    OdometryErrors errors() const;
+
 private:
+    struct Way;
+    PoseMatch travel(const StampedPose &from, std::int64_t stamp_us, Way &way) const;
+    void advance(Way &way, const Motion &a, const Motion &b) const;
+    void update(const StampedPose &from, const StampedPose &to, const float *cov, const Way &way);
     const Motion &nth(std::size_t i) const { return motions_[(first_ + i) % kMotions]; }
     std::size_t first_not_before(std::int64_t stamp_us) const;
     Motion between(std::size_t i_after, std::int64_t stamp_us) const;
@@ -71,6 +94,8 @@ private:
     Motion motions_[kMotions] = {};
     std::size_t first_ = 0;
     std::size_t n_ = 0;
+    OdometryErrors errors_ = {};
+    std::int64_t learnt_us_ = INT64_MIN; ///< Stamp of the last pose learnt from.
     std::int64_t behind_us_ = 0;
     std::uint32_t n_behind_ = 0;
 };

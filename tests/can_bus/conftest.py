@@ -15,6 +15,7 @@ import time
 import can
 import cantools
 import pytest
+from cantools.database.namedsignalvalue import NamedSignalValue
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -114,6 +115,13 @@ def network():
         os.close(before)
 
 
+def decoded(identifier, data):
+    """Fields of a message of gpomd's: numbers, or words where the DBC has one."""
+    fields = DBC.decode_message(identifier, bytes(data))
+    return {name: str(value) if isinstance(value, NamedSignalValue) else value
+            for name, value in fields.items()}
+
+
 class Bus:
     """The other end: python-can."""
 
@@ -142,7 +150,7 @@ class Bus:
         while time.monotonic() < deadline:
             frame = self.bus.recv(0.2)
             if frame is not None and frame.arbitration_id == identifier:
-                last = DBC.decode_message(identifier, bytes(frame.data))
+                last = decoded(identifier, frame.data)
                 if holds(last):
                     return last
         raise AssertionError(f"no such {name}; the last: {last}")

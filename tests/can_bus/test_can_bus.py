@@ -281,26 +281,25 @@ def test_clearance_tells_the_wall_and_stale_in_time(start, bus, watch, world):
     def walled():
         bus.flush()
         sectors, state = all_sectors(bus)
-        known = [sector for sector in sectors if not isinstance(sector, str)
-                 and str(sector) not in ("Unknown", "Clear")]
+        known = [sector for sector in sectors if not isinstance(sector, str)]
         return sectors if state == "Mapping" and len(known) == 15 and min(known) > 5 else None
     sectors = keep_fresh(world, watch, walled)
-    assert all(5.0 < float(sector) <= 8.0 for sector in sectors), sectors
+    assert all(5.0 < sector <= 8.0 for sector in sectors), sectors
     bus.flush()
     status = bus.next("GPOM_Status")
     while status["State"] == "Mapping":  # never so with a map that is older
-        assert float(status["Age"]) <= STALE_S + 0.01
+        assert status["Age"] <= STALE_S + 0.01
         status = bus.next("GPOM_Status")
     assert status["State"] == "Stale" and status["FaultScan"] == 1
-    assert float(status["Age"]) > STALE_S and str(status["MinClearance"]) == "Unknown"
+    assert status["Age"] > STALE_S and status["MinClearance"] == "Unknown"
     stale = bus.next("GPOM_Clearance")
     assert stale["State"] == "Stale"
-    assert {str(value) for name, value in stale.items() if name.startswith("Dist")} == {"Unknown"}
+    assert {value for name, value in stale.items() if name.startswith("Dist")} == {"Unknown"}
 
 
 def test_fd_frames_agree_with_the_classic_ones_and_tiles_with_the_published_map(start, bus, watch,
                                                                                 world):
-    start(sensors=SENSOR, rest=can_text("clearance_fd_hz = 10\ntile_hz = 5\ntiles_beside = 1",
+    start(sensors=SENSOR, rest=can_text("clearance_fd_hz = 10\ntile_hz = 1\ntiles_beside = 4",
                                         "fd = true"), **FINE)
     counts_of(watch)
     fresh_map(world, watch)
@@ -308,11 +307,12 @@ def test_fd_frames_agree_with_the_classic_ones_and_tiles_with_the_published_map(
     def walled():
         bus.flush()
         fields = bus.next("GPOM_ClearanceFd")
-        distances = [str(fields[f"Distance{k:02}"]) for k in range(28)]
-        is_walled = fields["State"] == "Mapping" and not {"Unknown", "Clear"} & set(distances)
-        return fields if is_walled and min(map(float, distances)) > 5 else None
+        distances = [fields[f"Distance{k:02}"] for k in range(28)]
+        is_walled = not {"Unknown", "Clear"} & set(distances)
+        return fields if is_walled and min(distances) > 5 else None
     fields = keep_fresh(world, watch, walled)
-    assert all(5.0 < float(fields[f"Distance{k:02}"]) <= 8.0 for k in range(28))
+    assert fields["State"] == "Mapping"
+    assert all(5.0 < fields[f"Distance{k:02}"] <= 8.0 for k in range(28))
     assert fields["Stamp"] == pytest.approx(now_us() // 1000 % 2**32, abs=5000)
     watch.collect(1.0, lambda: watch.status["n_cells_dirty"] == 0)
     keep_fresh(world, watch, lambda: watch.map.is_whole or None)
@@ -322,31 +322,31 @@ def test_fd_frames_agree_with_the_classic_ones_and_tiles_with_the_published_map(
     lcm = watch.map
     n_seen = set()
     for (tx, ty), tile in tiles.items():
-        assert float(tile["CellSize"]) == pytest.approx(0.25) and tile["Tiles"] == 9
+        assert tile["CellSize"] == pytest.approx(0.25) and tile["Tiles"] == 81
         assert (tile["ReferenceX"], tile["ReferenceY"]) == (20 // 2, 80 // 2)
         for i in range(64):
             column = (tile["ReferenceX"] + tx) * 8 + i % 8 - 16  # the raster begins at cell 16
             row = (tile["ReferenceY"] + ty) * 8 + i // 8 - 256
             code = int(lcm.probability[row, column])
             level = tile[f"Probability{i % 8}{i // 8}"]
-            level = 15 if str(level) == "Unknown" else round(14 * float(level))
+            level = 15 if level == "Unknown" else round(14 * level)
             n_seen.add(level)
             if code == 255:
                 assert level == 15
             else:  # two roundings up of one probability
                 assert math.ceil(14 * (code - 2) / 254) <= level <= math.ceil(14 * (code + 1) / 254)
-    assert len(n_seen) > 1
+    assert len(n_seen) > 3
 
 
 def take_tiles(bus, tiles):
-    """One whole picture of nine tiles."""
+    """One whole picture of 81 tiles."""
     tiles.clear()
     tile = bus.next("GPOM_Tile")
-    while len(tiles) < 9:
+    while len(tiles) < 81:
         if tiles and tile["Sequence"] != next(iter(tiles.values()))["Sequence"]:
             tiles.clear()
         tiles[tile["TileX"], tile["TileY"]] = tile
-        if len(tiles) < 9:
+        if len(tiles) < 81:
             tile = bus.next("GPOM_Tile")
     return tiles
 

@@ -194,3 +194,66 @@ TEST_CASE("the covariance is that of many drives with such errors")
     CHECK(cov[0] > before[0]);
     CHECK(cov[8] > before[8]);
 }
+
+// A drive whose wheels are 3 % too fast and whose gyro drifts: each pose teaches both.
+TEST_CASE("constant errors are learnt from poses, and what is learnt makes the next way better")
+{
+    const auto odometry = odometry_with();
+    std::mt19937_64 random(seed());
+    std::normal_distribution<double> normal;
+    INFO("seed ", seed());
+    constexpr double kScale = 0.03, kBias = -0.015;
+    const auto ideal = odometry_with();
+    for (std::int64_t t_us = 0; t_us <= 60000000; t_us += kStep_us) {
+        const double t_s = 1e-6 * static_cast<double>(t_us);
+        const Motion truth = {t_us, 6.0 + 2.0 * std::sin(t_s), 0.3 * std::cos(0.7 * t_s)};
+        REQUIRE(ideal->push(truth));
+        REQUIRE(
+            odometry->push({t_us, truth.speed_mps / (1.0 - kScale), truth.yaw_rate_radps + kBias}));
+    }
+    const float cov[9] = {4e-4f, 0, 0, 0, 4e-4f, 0, 0, 0, 1e-4f};
+    StampedPose truth = {0, 0.0, 0.0, 0.0}, measured = truth, before = {};
+    const auto next = [&] { // two seconds on
+        PoseCov ignored = {};
+        REQUIRE(ideal->carry(truth, truth.stamp_us + 2000000, truth, ignored) == PoseMatch::found);
+        before = measured;
+        measured = {truth.stamp_us, truth.x_m + 0.02 * normal(random),
+                    truth.y_m + 0.02 * normal(random), truth.yaw_rad + 0.01 * normal(random)};
+    };
+    const double scale_var = odometry->errors().scale_var, bias_var = odometry->errors().bias_var;
+    for (int i = 0; i < 25; ++i) {
+        next();
+        REQUIRE(odometry->learn(before, measured, cov));
+    }
+    const gpomd::OdometryErrors learnt = odometry->errors();
+    CHECK(std::fabs(learnt.scale - kScale) < 4.0 * std::sqrt(learnt.scale_var));
+    CHECK(std::fabs(learnt.bias_radps - kBias) < 4.0 * std::sqrt(learnt.bias_var));
+    CHECK(learnt.scale_var < 0.1 * scale_var);
+    CHECK(learnt.bias_var < 0.3 * bias_var);
+    const StampedPose from = truth;
+    next();
+    StampedPose pose = {};
+    PoseCov carried = {};
+    REQUIRE(odometry->carry(from, truth.stamp_us, pose, carried) == PoseMatch::found);
+    CHECK(std::hypot(pose.x_m - truth.x_m, pose.y_m - truth.y_m) <
+          4.0 * std::sqrt(carried[0] + carried[4]));
+    CHECK(carried[0] + carried[4] < 0.15 * 0.15);
+}
+
+TEST_CASE("a pose that jumps, one seen before, and one ahead of the odometry teach nothing")
+{
+    const auto odometry = odometry_with();
+    for (std::int64_t t_us = 0; t_us <= 10000000; t_us += kStep_us) {
+        REQUIRE(odometry->push({t_us, 5.0, 0.0}));
+    }
+    const float cov[9] = {4e-4f, 0, 0, 0, 4e-4f, 0, 0, 0, 1e-4f};
+    const StampedPose start = {1000000, 0.0, 0.0, 0.0};
+    CHECK(odometry->learn(start, {3000000, 10.0, 5.0, 0.0}, cov)); // 5 m aside
+    CHECK(odometry->errors().scale == 0.0);
+    CHECK(odometry->errors().bias_radps == 0.0);
+    CHECK(odometry->learn(start, {3000000, 9.8, 0.0, 0.0}, cov)); // begins before the last ended
+    CHECK(odometry->errors().scale == 0.0);
+    CHECK_FALSE(odometry->learn({9000000, 0.0, 0.0, 0.0}, {10000001, 5.0, 0.0, 0.0}, cov));
+    CHECK(odometry->learn({3000000, 0.0, 0.0, 0.0}, {5000000, 9.8, 0.0, 0.0}, cov));
+    CHECK(odometry->errors().scale == doctest::Approx(0.02).epsilon(0.2)); // 10 m were 9.8
+}
