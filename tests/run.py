@@ -5,8 +5,8 @@ usage: tests/run.py [--summary FILE.json] SUITE...
 
 Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux tsan endian can
 firmware instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by make, which
-builds what they need first. A failure is printed with its output, a skip with its reason. Exit code 1 if
-anything failed or nothing passed.
+builds what they need first. A failure is printed with its output, a skip with its reason. Exit code
+1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
 program (valgrind, say; not before the one with sanitizers, which would not bear it). FUZZ_RUNS is
 the number of inputs each fuzzer tries, from its fixed seed; FUZZ_SECONDS, if given, makes it run so

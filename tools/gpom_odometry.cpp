@@ -271,6 +271,7 @@ void declare_options(CLI::App &app, Options &options)
         ->check(CLI::Range(10, 1000));
     app.add_option("--beams", options.street.n_beams, "Beams in each scan");
     app.add_option("--step", options.street.step_m, "Way driven from scan to scan [m]");
+    app.add_option("--range-max", options.street.range_max_m, "Maximum range [m]");
     app.add_option("--points", options.n_points, "Test points")->check(CLI::Range(100, 1000000));
     app.add_option("--period", options.pose_period_s, "Between poses [s]");
     app.add_option("--speed", options.speed_mean_mps, "Mean speed [m/s]");

@@ -15,7 +15,7 @@ namespace
 constexpr double kSpeedMax_mps = 150.0;
 constexpr double kYawRateMax_radps = 50.0;
 
-/// Innovations beyond this are none of the errors': 99.9 % of chi-squared, three degrees of freedom.
+/// Innovations beyond this are none of the errors': 99.9 % of chi-squared, 3 degrees of freedom.
 constexpr double kGate = 16.3;
 
 using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;

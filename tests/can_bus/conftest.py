@@ -55,7 +55,7 @@ interface = "vcan0"
 {can}
 [can.odometry]
 speed = {{ id = 0x1A0, start = 16, length = 16, signed = true, factor = 0.01 }}
-yaw_rate = {{ id = 0x1A0, start = 39, length = 16, order = "motorola", signed = true, factor = 1e-3 }}
+yaw_rate = {{ id = 416, start = 39, length = 16, order = "motorola", signed = true, factor = 1e-3 }}
 timeout_s = 0.5
 [[can.odometry.message]]
 id = 0x1A0
