@@ -52,17 +52,28 @@ struct Drive {
     std::vector<Motion> motions;
 };
 
+/// How scans between poses get theirs.
+enum class Between { every_has_one, odometry, plain_odometry, interpolated, dropped };
+
 struct Row {
     std::string key, label;
-    bool has_every_pose, has_odometry, is_weighed, is_interpolated;
+    Between between;
+    bool is_weighed;
+
+    bool has_odometry() const
+    {
+        return between == Between::odometry || between == Between::plain_odometry;
+    }
 };
 
 const Row kRows[] = {
-    {"every", "every scan has a pose", true, false, true, false},
-    {"weighed", "poses now and then, odometry between, weighed", false, true, true, false},
-    {"unweighed", "poses now and then, odometry between, not weighed", false, true, false, false},
-    {"interpolated", "poses now and then, interpolated between", false, false, true, true},
-    {"dropped", "poses now and then, scans without one dropped", false, false, true, false}};
+    {"every", "every scan has one", Between::every_has_one, true},
+    {"weighed", "odometry between, weighed", Between::odometry, true},
+    {"unweighed", "odometry between, not weighed", Between::odometry, false},
+    {"plain_weighed", "odometry, errors not learnt, weighed", Between::plain_odometry, true},
+    {"plain_unweighed", "odometry, errors not learnt, not weighed", Between::plain_odometry, false},
+    {"interpolated", "interpolated between", Between::interpolated, true},
+    {"dropped", "scans without one dropped", Between::dropped, true}};
 
 std::int64_t stamp_of(const Scan &scan) { return std::llround(1e6 * scan.t_s); }
 
@@ -129,7 +140,7 @@ PoseRing poses_of(const Drive &drive, const Row &row, const Options &options)
     PoseRing ring;
     std::int64_t next_us = 0;
     for (const StampedPose &pose : drive.poses) {
-        if (row.has_every_pose || pose.stamp_us >= next_us) {
+        if (row.between == Between::every_has_one || pose.stamp_us >= next_us) {
             ring.push(pose);
             next_us = pose.stamp_us + std::llround(1e6 * options.pose_period_s);
         }
@@ -154,10 +165,10 @@ bool find_pose(const Odometry &odometry, const Row &row, const PoseRing &ring, S
 {
     const std::int64_t stamp_us = pose.stamp_us;
     StampedPose from = {};
-    if (row.has_odometry && ring.not_after(stamp_us, from)) {
+    if (row.has_odometry() && ring.not_after(stamp_us, from)) {
         return odometry.carry(from, stamp_us, pose, cov) == PoseMatch::found;
     }
-    const std::int64_t gap_us = row.is_interpolated ? INT64_MAX : 0;
+    const std::int64_t gap_us = row.between == Between::interpolated ? INT64_MAX : 0;
     return ring.at(stamp_us, gap_us, pose) == PoseMatch::found;
 }
 
@@ -182,7 +193,9 @@ Built build(HostMap &map, const Drive &drive, const Row &row, const Options &opt
         PoseCov cov = {place_var, 0,         0,
                        0,         place_var, 0,
                        0,         0,         options.pose_yaw_sd_rad * options.pose_yaw_sd_rad};
-        learn_from(ring, pose.stamp_us, cov, odometry);
+        if (row.between == Between::odometry) {
+            learn_from(ring, pose.stamp_us, cov, odometry);
+        }
         if (!find_pose(odometry, row, ring, pose, cov)) {
             continue;
         }

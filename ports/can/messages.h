@@ -119,7 +119,7 @@ typedef struct {
     uint8_t cell_cm; /**< Side of a cell [0.01 m]. */
     uint8_t n_tiles; /**< Of the picture. */
     uint32_t stamp_ms;
-    int16_t reference_x; /**< The robot's tile, from the map frame's origin [tiles]. */
+    int16_t reference_x; /**< The robot's tile, from the map frame's origin [tiles], modulo 2^16. */
     int16_t reference_y;
     uint8_t probability[GPOM_CAN_TILE_CELLS]; /**< Cell (ix, iy) at 8 iy + ix. */
     uint8_t deviation[GPOM_CAN_TILE_CELLS];   /**< 0 .. 3 thirds of the prior's. */

@@ -160,6 +160,29 @@ def test_a_pose_is_carried_on_to_scans_that_come_between_poses(start, bus, watch
     assert list(tile.pose) == pytest.approx(expected, abs=0.02)
 
 
+def test_frames_have_the_kernel_s_time_not_that_of_reading(start, bus, watch, world):
+    """While gpomd stands still frames pile up; read at once, they are a second of odometry."""
+    daemon = begin(start)
+    counts_of(watch)
+    wheels = Wheels(bus, 2.0, 0.0)
+    time.sleep(0.4)
+    os.kill(daemon.process.pid, signal.SIGSTOP)
+    t0_us = now_us()
+    world.pose(20.0, 80.0, 0.0, t0_us)
+    time.sleep(1.0)
+    world.scan()
+    time.sleep(0.2)
+    os.kill(daemon.process.pid, signal.SIGCONT)
+    seen = []
+    watch.bus.subscribe("GPOM_MAP", lambda _, data: seen.append(
+        world.peer.type("gpom.map_t").decode(data)))
+    assert watch.collect(20, lambda: watch.status["counts"]["scans_inserted"] == 1 and seen), (
+        watch.status["counts"])
+    wheels.stop()
+    assert seen[0].pose[0] == pytest.approx(20.0 + 2e-6 * (seen[0].utime - t0_us), abs=0.02)
+    assert seen[0].utime - t0_us > 900_000
+
+
 def test_without_odometry_scans_wait_and_are_counted_and_a_new_pose_helps(start, bus, watch,
                                                                           world):
     begin(start)
