@@ -338,6 +338,7 @@ $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a $(BUILD)/libgpom_can.a
 # --- CAN ---
 can-tests: gpomd $(BUILD)/can_tests $(BUILD)/libgpom_can.so $(BUILD)/gpom-sim $(BUILD)/lcm/stamp \
     $(BUILD)/linux_tests
+	$(Q)$(MAKE) CONFIG=sanitize build/host-sanitize/can_tests
 $(CAN_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(CODEC_FLAGS))
 $(CAN_TEST_OBJ): $(BUILD)/obj/%.o: %.cpp | build/setup/test

@@ -194,6 +194,7 @@ def run_linux(results):
 def run_can(results):
     """Frames here; gpomd on vcan where this kernel has it, else in a guest whose kernel does."""
     run_doctest(results, "can-unit", f"{HOST}/can_tests")
+    run_doctest(results, "can-unit-sanitize", f"{SANITIZE}/can_tests")
     run_pytest(results, "can")
     has_vcan = run(["unshare", "-n", "ip", "link", "add", "vcan0", "type", "vcan"])[0] == 0
     if has_vcan:

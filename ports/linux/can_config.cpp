@@ -195,9 +195,9 @@ void read_odometry(const TomlTable &can, CanConfig &config)
     odometry.timeout_us = microseconds(number(table, "timeout_s", 0.2, {0.001, 10.0}));
     odometry.carry_us = microseconds(number(table, "carry_s", 5.0, {0.01, 60.0}));
     odometry.speed_scale_sd = number(table, "speed_scale_sd", 0.02, {0.0, 1.0});
-    odometry.yaw_rate_bias_sd = number(table, "yaw_rate_bias_sd", 0.01, {0.0, 10.0});
-    odometry.speed_noise = number(table, "speed_noise", 0.05, {0.0, 10.0});
-    odometry.yaw_rate_noise = number(table, "yaw_rate_noise", 0.005, {0.0, 10.0});
+    odometry.yaw_rate_bias_sd = number(table, "yaw_rate_bias_sd", 0.005, {0.0, 10.0});
+    odometry.speed_noise = number(table, "speed_noise", 0.01, {0.0, 10.0});
+    odometry.yaw_rate_noise = number(table, "yaw_rate_noise", 0.001, {0.0, 10.0});
 }
 
 /// `NAME_hz` and `NAME_id`. 0 Hz: not sent.

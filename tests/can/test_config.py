@@ -94,14 +94,3 @@ def test_tiles_need_cells_that_they_can_tell(raster, said, tmp_path):
 def test_an_interface_has_a_name_that_fits(name, tmp_path):
     code, output = check(TOP.replace("can0", name), tmp_path)
     assert code != 0 and "gpomd.toml:12: can.interface" in output
-
-
-def test_the_shipped_example_is_good_with_its_comments_taken_out(tmp_path):
-    """What the file shows commented out in its CAN part is a valid configuration."""
-    lines = (ROOT / "ports" / "linux" / "gpomd.toml").read_text().splitlines()
-    at = next(i for i, line in enumerate(lines) if line.startswith("# --- CAN"))
-    text = "\n".join(line[2:] for line in lines[at + 1:] if line.startswith("# ") and
-                     "{ ... }" not in line and "track_m" not in line)
-    text = text.replace("fd = false", "fd = true")
-    code, output = check(TOP.replace('[can]\ninterface = "can0"\n', text + "\n"), tmp_path)
-    assert code == 0, output

@@ -204,3 +204,45 @@ TEST_CASE("ages are rounded up and bearings to the nearest")
         CHECK(std::abs(code) <= 90);
     }
 }
+
+// Exactly so many bytes on the heap, for AddressSanitizer: none behind them is read.
+TEST_CASE("any bytes of any length, and any signal, are read or refused")
+{
+    std::mt19937 random(7);
+    for (int i = 0; i < 20000; ++i) {
+        const std::size_t n = random() % 72;
+        std::vector<std::uint8_t> bytes(n);
+        for (std::uint8_t &byte : bytes) {
+            byte = static_cast<std::uint8_t>(random());
+        }
+        gpom_can_status_t status;
+        gpom_can_clearance_t clearance;
+        gpom_can_clearance_fd_t clearance_fd;
+        gpom_can_tile_t tile;
+        const bool is_classic = n == GPOM_CAN_CLASSIC_BYTES, is_fd = n == GPOM_CAN_FD_BYTES;
+        CHECK((gpom_can_status_unpack(&status, bytes.data(), n) == GPOM_CAN_LENGTH) != is_classic);
+        CHECK((gpom_can_clearance_unpack(&clearance, bytes.data(), n) == GPOM_CAN_LENGTH) !=
+              is_classic);
+        CHECK((gpom_can_clearance_fd_unpack(&clearance_fd, bytes.data(), n) == GPOM_CAN_LENGTH) !=
+              is_fd);
+        CHECK((gpom_can_tile_unpack(&tile, bytes.data(), n) == GPOM_CAN_LENGTH) != is_fd);
+        const gpom_can_signal_t signal = {static_cast<std::uint16_t>(random() % 600),
+                                          static_cast<std::uint8_t>(random() % 70),
+                                          random() % 2 == 0,
+                                          random() % 2 == 0,
+                                          1.0,
+                                          0.0};
+        double value = 0.0;
+        const std::size_t needed = gpom_can_signal_bytes(&signal);
+        CHECK(gpom_can_signal_value(&signal, bytes.data(), n, &value) ==
+              (needed != 0 && n >= needed));
+        gpom_can_protection_t protection = {};
+        gpom_can_stream_t stream = {};
+        protection.has_crc = random() % 2 == 0;
+        protection.i_crc_byte = static_cast<std::uint8_t>(random() % 80);
+        protection.has_counter = true;
+        protection.counter = signal;
+        protection.counter_max = static_cast<std::uint32_t>(1 + random() % 1000);
+        CHECK(gpom_can_check(&protection, &stream, bytes.data(), n) < GPOM_CAN_FAULTS);
+    }
+}
