@@ -2,14 +2,14 @@
 PARAMS = "tools/params/street.toml"
 RANGES_M = (34, 12)
 
-TEXT = """400 scans of 91 beams on a street of 200 m of way, at 2 to 8 m/s; every scan has a pose, or a pose
-comes every 2 s. Poses have standard deviations of 0.02 m and 0.004 rad. Of each drive's wheels and
-gyro the constant errors are drawn with standard deviations of 2 % and 0.005 rad/s, white errors are
-0.01 m / sqrt(s) and 0.001 rad / sqrt(s), 50 samples a second; gpomd is told these figures and learns
-the constant errors from the poses. The map is kept as gpomd keeps it; 20,000 random places within
-5 m of a beam judge. "Weighed": the covariance of a pose goes with the scan into the map. "Place": root
-mean square error of the scans' places. "Better on": seeds on which the map has less NLL than
-the one with odometry, learnt and weighed. In brackets the spread over the seeds.
+TEXT = """400 scans of 91 beams on a street, 200 m at 2 to 8 m/s; every scan has a pose, or a pose
+comes every 2 s. Poses have standard deviations of 0.02 m and 0.004 rad. Of each drive's wheels
+and gyro the constant errors are drawn with standard deviations of 2 % and 0.005 rad/s, white errors
+are 0.01 m / sqrt(s) and 0.001 rad / sqrt(s), 50 samples a second; gpomd is told these figures and
+learns the constant errors from the poses. The map is kept as gpomd keeps it; 20,000 random places
+within 5 m of a beam judge. "Weighed": the covariance of a pose goes with the scan into the map.
+"Place": root mean square error of the scans' places. "Better on": seeds on which the map has less
+NLL than the one with odometry, learnt and weighed. In brackets the spread over the seeds.
 """
 
 

@@ -172,8 +172,10 @@ void CanPort::take_error(const CanFrame &frame)
     links_.counts->add(GPOM_WIRE_CAN_ERRORS);
     if ((frame.id & CAN_ERR_BUSOFF) != 0) {
         links_.counts->add(GPOM_WIRE_CAN_BUS_OFFS);
+        if (!is_bus_off_) {
+            tell(News::bus_off);
+        }
         is_bus_off_ = true;
-        tell(News::bus_off);
     } else if ((frame.id & CAN_ERR_RESTARTED) != 0) {
         is_bus_off_ = false;
         tell(News::restarted);
