@@ -357,10 +357,10 @@ $(BUILD)/can_tests: $(CAN_TEST_OBJ) $(BUILD)/obj/tests/unit/main.o $(BUILD)/libg
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
 $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SRC) \
-    $(wildcard ports/codec/*.h tests/codec/*.hpp include/gpom/*.h) | build/setup/fuzz
+    $(CAN_SRC) $(wildcard ports/c*/*.h tests/codec/*.hpp include/gpom/*.h) | build/setup/fuzz
 	@mkdir -p $(@D)/$*_obj
 	$(if $(V),,@echo "  FUZZ $@")
-	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(CODEC_SRC))
+	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(CODEC_SRC) $(CAN_SRC))
 	$(Q)clang++ -std=c++17 $(FUZZ_FLAGS) -o $@ $< tests/codec/types.cpp $(@D)/$*_obj/*.o -lz
 
 $(BUILD)/gpom-odometry: $(call objects,ports/linux/odometry ports/linux/pose_ring)

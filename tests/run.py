@@ -232,7 +232,7 @@ def run_firmware(results):
 
 
 def fuzz_targets(results):
-    """(name, command) of every fuzzer: one for each type of message, and the receiver."""
+    """(name, command) of every fuzzer: one for each type of message, the receiver, and frames on CAN."""
     code, types = run(["env", "FUZZ_TYPE=list", "build/host-fuzz/fuzz_messages"])
     if code != 0:
         results.fail("fuzz: list of types", types)
@@ -240,6 +240,7 @@ def fuzz_targets(results):
     for name in types.split():
         yield name, ["env", f"FUZZ_TYPE={name}", "build/host-fuzz/fuzz_messages"]
     yield "receiver", ["build/host-fuzz/fuzz_receiver"]
+    yield "can", ["build/host-fuzz/fuzz_can"]
 
 
 def run_fuzz(results):
