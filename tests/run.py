@@ -232,7 +232,7 @@ def run_firmware(results):
 
 
 def fuzz_targets(results):
-    """(name, command) of every fuzzer: one for each type of message, the receiver, and frames on CAN."""
+    """(name, command) of every fuzzer: one for each type of message, the receiver, CAN frames."""
     code, types = run(["env", "FUZZ_TYPE=list", "build/host-fuzz/fuzz_messages"])
     if code != 0:
         results.fail("fuzz: list of types", types)
