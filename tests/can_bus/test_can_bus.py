@@ -133,61 +133,65 @@ class Wheels:
         self.thread.join()
 
 
-def test_a_pose_is_carried_on_to_scans_that_come_between_poses(start, bus, watch, world):
+@pytest.fixture
+def turn_wheels(bus):
+    """turn_wheels(speed, yaw rate): odometry until stop(), or the test's end."""
+    turning = []
+
+    def begin_turning(speed, yaw_rate):
+        turning.append(Wheels(bus, speed, yaw_rate))
+        return turning[-1]
+    yield begin_turning
+    for wheels in turning:
+        wheels.stop()
+
+
+def test_a_pose_is_carried_on_to_scans_that_come_between_poses(start, turn_wheels, watch, world):
     """One pose, then odometry alone, on a circle: the map's pose is on it."""
     begin(start)
     counts_of(watch)
-    wheels = Wheels(bus, 2.0, 0.4)
+    wheels = turn_wheels(2.0, 0.4)
     time.sleep(0.5)
     t0_us = now_us()
     world.pose(20.0, 80.0, 0.3, t0_us)
-    seen = []
-    watch.bus.subscribe("GPOM_MAP", lambda _, data: seen.append(
-        world.peer.type("gpom.map_t").decode(data)))
     for _ in range(15):
         time.sleep(0.1)
-        world.scan()
-    assert watch.collect(20, lambda: watch.status["counts"]["scans_inserted"] == 15), (
-        watch.status["counts"])
+        stamp_us = world.scan()
+    pose = world.pose_at(stamp_us)
     wheels.stop()
-    watch.collect(1.0)
-    tile = max(seen, key=lambda tile: tile.utime)
-    t = 1e-6 * (tile.utime - t0_us)
+    assert counts_of(watch)["scans_inserted"] == 15
+    t = 1e-6 * (stamp_us - t0_us)
     assert t > 1.4
     yaw, r = 0.3 + 0.4 * t, 2.0 / 0.4
     expected = [20.0 + r * (math.sin(yaw) - math.sin(0.3)),
                 80.0 - r * (math.cos(yaw) - math.cos(0.3)), yaw]
-    assert list(tile.pose) == pytest.approx(expected, abs=0.02)
+    assert pose == pytest.approx(expected, abs=0.02)
 
 
-def test_frames_have_the_kernel_s_time_not_that_of_reading(start, bus, watch, world):
+def test_frames_have_the_kernel_s_time_not_that_of_reading(start, turn_wheels, watch, world):
     """While gpomd stands still frames pile up; read at once, they are a second of odometry."""
     daemon = begin(start)
     counts_of(watch)
-    wheels = Wheels(bus, 2.0, 0.0)
+    wheels = turn_wheels(2.0, 0.0)
     time.sleep(0.4)
     os.kill(daemon.process.pid, signal.SIGSTOP)
     t0_us = now_us()
     world.pose(20.0, 80.0, 0.0, t0_us)
     time.sleep(1.0)
-    world.scan()
+    stamp_us = world.scan()
     time.sleep(0.2)
     os.kill(daemon.process.pid, signal.SIGCONT)
-    seen = []
-    watch.bus.subscribe("GPOM_MAP", lambda _, data: seen.append(
-        world.peer.type("gpom.map_t").decode(data)))
-    assert watch.collect(20, lambda: watch.status["counts"]["scans_inserted"] == 1 and seen), (
-        watch.status["counts"])
+    pose = world.pose_at(stamp_us)
     wheels.stop()
-    assert seen[0].pose[0] == pytest.approx(20.0 + 2e-6 * (seen[0].utime - t0_us), abs=0.02)
-    assert seen[0].utime - t0_us > 900_000
+    assert pose[0] == pytest.approx(20.0 + 2e-6 * (stamp_us - t0_us), abs=0.02)
+    assert stamp_us - t0_us > 900_000
 
 
-def test_without_odometry_scans_wait_and_are_counted_and_a_new_pose_helps(start, bus, watch,
-                                                                          world):
+def test_without_odometry_scans_wait_and_are_counted_and_a_new_pose_helps(
+        start, bus, turn_wheels, watch, world):
     begin(start)
     counts_of(watch)
-    wheels = Wheels(bus, 1.0, 0.0)
+    wheels = turn_wheels(1.0, 0.0)
     time.sleep(0.4)
     world.pose()
     time.sleep(0.1)
@@ -195,12 +199,12 @@ def test_without_odometry_scans_wait_and_are_counted_and_a_new_pose_helps(start,
     assert watch.collect(20, lambda: watch.status["counts"]["scans_inserted"] == 1)
     wheels.stop()
     before = dict(counts_of(watch))
-    time.sleep(0.8)
+    assert watch.collect(20, lambda: watch.status["counts"]["odometry_gaps"] ==
+                         before["odometry_gaps"] + 1)
     world.scan()
     assert watch.collect(20, lambda: watch.status["counts"]["scans_no_pose"] == 1), (
         watch.status["counts"])
     assert bus.next("GPOM_Status", lambda fields: fields["FaultPose"] == 1)
-    assert rise(watch, before) == {"odometry_gaps": 1}
     stamp_us = now_us()
     world.pose(stamp_us=stamp_us)  # two poses about a scan need no odometry
     world.scan(stamp_us + 50_000)
@@ -237,17 +241,13 @@ wait_max_s = 1.0
     time.sleep(0.5)
     t0_us = now_us()
     world.pose(20.0, 80.0, 0.0, t0_us)
-    seen = []
-    watch.bus.subscribe("GPOM_MAP", lambda _, data: seen.append(
-        world.peer.type("gpom.map_t").decode(data)))
     time.sleep(1.0)
-    world.scan()
-    assert watch.collect(20, lambda: watch.status["counts"]["scans_inserted"] == 1)
+    stamp_us = world.scan()
+    pose = world.pose_at(stamp_us)
     stopped.set()
     thread.join()
-    watch.collect(1.0)
-    t = 1e-6 * (seen[-1].utime - t0_us)
-    assert list(seen[-1].pose) == pytest.approx(
+    t = 1e-6 * (stamp_us - t0_us)
+    assert pose == pytest.approx(
         [20.0 + 5.0 * math.sin(0.4 * t), 80.0 + 5.0 * (1 - math.cos(0.4 * t)), 0.4 * t], abs=0.03)
     bus.send(b"\xff\xf0", 0x18FF1234, is_extended_id=True)  # no value
     assert watch.collect(20, lambda: rise(watch, before).get("can_bad_value") == 1)
