@@ -135,6 +135,11 @@ TOOLS     := $(subst _,-,$(TOOL_SRC:tools/%.cpp=$(BUILD)/%))
 SCRIPT_SRC := $(wildcard tools/gpom_*.py) tools/exact_gp.py
 SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
 
+# CAN: frames and the example, C99 as the codec.
+CAN_SRC      := $(wildcard ports/can/*.c ports/can/examples/*.c)
+CAN_OBJ      := $(call objects,$(CAN_SRC))
+CAN_TEST_OBJ := $(call objects,$(wildcard tests/can/*.cpp))
+
 BENCH_LIB := $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive street_world scan_log \
              text_lines truth host_map params_toml toml_table))
 BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
@@ -188,8 +193,8 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
 test-all: $(if $(SKIP_BASE),,test-programs)
-test-all: build/setup/lint build/setup/install linux-tests fuzzers count-queries
-test-all: test-firmware-programs ## Run `test`, firmware, install, fuzz, lint
+test-all: build/setup/lint build/setup/install build/setup/can linux-tests can-tests fuzzers
+test-all: count-queries test-firmware-programs ## Run `test`, firmware, CAN, install, fuzz, lint
 	$(Q)$(MAKE) CONFIG=sanitize build/host-sanitize/gpomd build/host-sanitize/linux_tests
 	$(Q)$(MAKE) CONFIG=thread tsan
 	$(Q)$(MAKE) endian
@@ -212,18 +217,22 @@ bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann, scikit
 bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
 	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
 
+test-can: can-tests build/setup/can ## Test CAN: frames, and gpomd on vcan or in a QEMU guest
+	$(Q)$(RUN_TESTS) can
+
 lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
 	$(Q)python3 tools/lint.py format rules tidy
 
 format: build/setup/lint ## Format all C and C++ sources in place
 	$(Q)python3 tools/lint.py reformat
 
-check-symbols: $(BUILD)/libgpom_device.a
+check-symbols: $(BUILD)/libgpom_device.a $(BUILD)/libgpom_can.a
 check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in library or codec
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) \
 	    $(if $(filter 1,$(SPARSE)),--sparse) $(BUILD)/libgpom.a
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
 	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) --port $(BUILD)/libgpom_device.a
+	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_can.a
 
 firmware: build/setup/firmware ## Build library and images for CPU (cortex-m7, cortex-m4)
 	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=$(CPU) firmware-image
@@ -245,8 +254,8 @@ distclean: ## Remove build/ whole
 
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
         demo-lcm soak results fuzz test test-all lint format check-symbols firmware test-firmware \
-        clean distclean test-programs unit tsan endian codec-tests linux-tests fuzzers \
-        firmware-image firmware-host test-firmware-programs demo-firmware install FORCE
+        clean distclean test-programs unit tsan endian codec-tests linux-tests can-tests test-can \
+        fuzzers firmware-image firmware-host test-firmware-programs demo-firmware install FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -291,11 +300,12 @@ test-firmware-programs: firmware firmware-host
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 
 firmware-image: $(foreach i,demo costs device template,$(BUILD)/gpom_$(i).elf) \
-    build/host-release/libicount.so
+    $(BUILD)/libgpom_can.a build/host-release/libicount.so
 	$(Q)tests/firmware/budget.py $(CPU)
 
-build/setup/results: build/setup/python
-build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt
+build/setup/results build/setup/can: build/setup/python
+build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt \
+    tools/requirements-can.txt
 	$(Q)tools/setup $*
 
 # Objects are made again when a flag changes, not only when a file does.
@@ -399,19 +409,41 @@ $(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) \
     $(call objects,tools/lib/scan_log tools/lib/text_lines)
 $(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/unit/main.cpp) \
     $(LINUX_LIB)
-$(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a
+$(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a $(BUILD)/libgpom_can.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) \
-	    $(filter %_codec.a,$^) $(filter %gpom.a,$^) -llcm -lz $(CORE_LIBS)
+	    $(filter %_codec.a %_can.a,$^) $(filter %gpom.a,$^) -llcm -lz $(CORE_LIBS)
+
+# --- CAN ---
+can-tests: gpomd $(BUILD)/can_tests $(BUILD)/libgpom_can.so $(BUILD)/gpom-sim $(BUILD)/lcm/stamp \
+    $(BUILD)/linux_tests
+	$(Q)$(MAKE) CONFIG=sanitize build/host-sanitize/can_tests
+$(CAN_OBJ): $(BUILD)/obj/%.o: %.c
+	$(call compile,$(CC) $(CODEC_FLAGS))
+$(CAN_TEST_OBJ): $(BUILD)/obj/%.o: %.cpp | build/setup/test
+	$(call compile,$(CXX) $(HOST_FLAGS))
+$(CAN_OBJ) $(CAN_TEST_OBJ): $(BUILD)/flags
+$(BUILD)/libgpom_can.a: $(CAN_OBJ)
+	$(if $(V),,@echo "  AR   $@")
+	$(Q)rm -f $@ && $(AR) crs $@ $^
+# For tests by ctypes: all that is hidden in the library is open here.
+$(BUILD)/libgpom_can.so: $(CAN_SRC) $(wildcard ports/can/*.h ports/can/examples/*.h)
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CC) -std=c99 -pedantic-errors -shared -O2 -fPIC $(WARN) $(INCLUDES) -o $@ $(CAN_SRC)
+$(BUILD)/can_tests: $(CAN_TEST_OBJ) $(BUILD)/obj/tests/unit/main.o $(BUILD)/libgpom_can.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
-$(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(CODEC_SRC) \
-    ports/uart/frame.c $(wildcard ports/*/*.h tests/codec/*.hpp include/gpom/*.h) | build/setup/fuzz
+FUZZED_SRC := $(CODEC_SRC) $(CAN_SRC) ports/uart/frame.c
+$(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(FUZZED_SRC) \
+    $(wildcard ports/*/*.h tests/codec/*.hpp include/gpom/*.h) | build/setup/fuzz
 	@mkdir -p $(@D)/$*_obj
 	$(if $(V),,@echo "  FUZZ $@")
-	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(CODEC_SRC) ports/uart/frame.c)
+	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(FUZZED_SRC))
 	$(Q)clang++ -std=c++17 $(FUZZ_FLAGS) -o $@ $< tests/codec/types.cpp $(@D)/$*_obj/*.o -lz
 
+$(BUILD)/gpom-odometry: $(call objects,ports/linux/odometry ports/linux/pose_ring)
 .SECONDEXPANSION: # gpom-some-tool is made from tools/gpom_some_tool.cpp
 $(TOOLS): $(BUILD)/%: $(BUILD)/obj/tools/$$(subst -,_,$$*).o $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
@@ -490,4 +522,5 @@ build/host-release/libicount.so: ports/cortex_m/icount_plugin.c | build/setup/ba
 	@mkdir -p $(@D)
 	$(Q)cc -std=c99 -O2 $(WARN) -shared -fPIC -o $@ $<
 
--include $(wildcard $(foreach i,obj target,$(BUILD)/$(i)/*/*.d $(BUILD)/$(i)/*/*/*.d))
+-include $(wildcard $(foreach i,obj target,$(BUILD)/$(i)/*/*.d $(BUILD)/$(i)/*/*/*.d \
+    $(BUILD)/$(i)/*/*/*/*.d))

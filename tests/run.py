@@ -4,9 +4,9 @@
 usage: tests/run.py [--summary FILE.json] SUITE...
 
 Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux linux-sanitize tsan
-endian firmware install instructions fuzz lint; `base` is the first nine, `extra` the rest. Called by
-make, which builds what they need first. A failure is printed with its output, a skip with its
-reason. Exit code 1 if anything failed or nothing passed.
+endian can firmware install instructions fuzz lint; `base` is the first nine, `extra` the rest.
+Called by make, which builds what they need first. A failure is printed with its output, a skip with
+its reason. Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
 program (valgrind, say; not before the one with sanitizers, which would not bear it). FUZZ_RUNS is
 the number of inputs each fuzzer tries, from its fixed seed; FUZZ_SECONDS, if given, makes it run so
@@ -29,7 +29,8 @@ SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
 BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools",
         "linux"]
-EXTRA = ["linux-sanitize", "tsan", "endian", "firmware", "install", "instructions", "fuzz", "lint"]
+EXTRA = ["linux-sanitize", "tsan", "endian", "can", "firmware", "install", "instructions", "fuzz",
+         "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
@@ -83,7 +84,11 @@ def run_junit(results, suite, command, report):
     os.makedirs(RESULTS, exist_ok=True)
     if os.path.exists(report):
         os.remove(report)
-    code, output = run(command)
+    count_junit(results, suite, *run(command), report)
+
+
+def count_junit(results, suite, code, output, report):
+    """Count the test cases of a program's results."""
     try:
         cases = list(ElementTree.parse(report).iter("testcase"))
     except (OSError, ElementTree.ParseError):
@@ -142,7 +147,8 @@ def run_headers(results):
     headers = sorted(glob.glob("include/gpom/*.h"))
     if not headers:
         results.fail("headers", "include/gpom holds no header")
-    for header in [*headers, *sorted(glob.glob("ports/codec/*.h"))]:
+    for header in [*headers, *sorted(glob.glob("ports/codec/*.h")),
+                   *sorted(glob.glob("ports/can/**/*.h", recursive=True))]:
         for language, compiler in HEADER_CHECKS.items():
             run_check(results, f"headers: {header} compiles alone as {language}",
                       compiler.split() + ["-fsyntax-only", "-Iinclude", "-I.", "-include", header,
@@ -173,8 +179,11 @@ def run_symbols(results):
 
 def run_pytest(results, suite, path, before=()):
     report = f"{RESULTS}/{suite}.xml"
-    run_junit(results, suite, [*before, "build/venv/bin/python", "-m", "pytest", "-q", "-p",
-                               "no:cacheprovider", f"--junitxml={report}", path], report)
+    run_junit(results, suite, [*before, *pytest_words(path), f"--junitxml={report}"], report)
+
+
+def pytest_words(path):
+    return ["build/venv/bin/python", "-m", "pytest", "-q", "-p", "no:cacheprovider", path]
 
 
 def as_root():
@@ -195,6 +204,27 @@ def run_linux_sanitize(results):
                [*as_root(), "env", f"GPOMD={SANITIZE}/gpomd"])
 
 
+def run_can(results):
+    """Frames here; gpomd on vcan where this kernel has it, else in a guest whose kernel does."""
+    run_doctest(results, "can-unit", f"{HOST}/can_tests")
+    run_doctest(results, "can-unit-sanitize", f"{SANITIZE}/can_tests")
+    run_pytest(results, "can", "tests/can")
+    has_vcan = run(["unshare", "-n", "ip", "link", "add", "vcan0", "type", "vcan"])[0] == 0
+    if has_vcan:
+        run_pytest(results, "can_bus", "tests/can_bus")
+        return
+    work = f"{RESULTS}/can-guest"
+    environment = [f"{name}={os.environ[name]}" for name in ("GPOM_SEED", "GPOM_BUILD")
+                   if name in os.environ]
+    command = ["tests/can/guest.py", work, "env", *environment, *pytest_words("tests/can_bus"),
+               "--junitxml=/mnt/shared/bus.xml"]
+    code, output = run(command)
+    if code == SKIP_EXIT_CODE:
+        results.skip("can: gpomd on a CAN bus", output.strip().splitlines()[-1])
+    else:
+        count_junit(results, "can-bus", code, output, f"{work}/bus.xml")
+
+
 def run_tsan(results):
     run_check(results, "tsan: copies beside the mapping thread are ordered and whole",
               ["build/host-thread/tsan_tests"], show=True)
@@ -212,11 +242,11 @@ def run_firmware(results):
         return
     for name in names.splitlines():
         run_check(results, f"firmware: {name}", ["tests/firmware/check.py", name], show=True)
-    run_pytest(results, "firmware")
+    run_pytest(results, "firmware", "tests/firmware")
 
 
 def fuzz_targets(results):
-    """(name, command) of every fuzzer: one for each type of message, receiver, and frames."""
+    """(name, command) of every fuzzer: for each message type, receiver, serial, CAN."""
     code, types = run(["env", "FUZZ_TYPE=list", "build/host-fuzz/fuzz_messages"])
     if code != 0:
         results.fail("fuzz: list of types", types)
@@ -225,6 +255,7 @@ def fuzz_targets(results):
         yield name, ["env", f"FUZZ_TYPE={name}", "build/host-fuzz/fuzz_messages"]
     yield "receiver", ["build/host-fuzz/fuzz_receiver"]
     yield "frame", ["build/host-fuzz/fuzz_frame"]
+    yield "can", ["build/host-fuzz/fuzz_can"]
 
 
 def run_fuzz(results):
@@ -268,6 +299,7 @@ SUITES = {
     "linux": run_linux,
     "linux-sanitize": run_linux_sanitize,
     "tsan": run_tsan,
+    "can": run_can,
     "endian": run_endian,
     "firmware": run_firmware,
     "install": lambda results: run_pytest(results, "install", "tests/install"),

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from tqdm import tqdm
 
 import live_section
+import odometry_section
 
 EXIT_USAGE = 2
 ROOT = pathlib.Path(__file__).resolve().parents[1]
@@ -152,7 +153,9 @@ def live_jobs(arguments, logs):
     if arguments.drive > 0:
         jobs.append(Job("drive", "town", 0, live_section.drive_words(arguments.drive),
                         tool="gpom-live"))
-    return jobs
+    return jobs + [Job(f"odometry {range_m}", "street", seed, odometry_section.words(range_m, seed),
+                       tool="gpom-odometry")
+                   for range_m in odometry_section.RANGES_M for seed in range(arguments.odometry)]
 
 
 class Runner:
@@ -445,6 +448,19 @@ def live_sections(figures, jobs, arguments, names):
         yield table_text(*live_section.drive_table(figures.reports["drive", "town", 0]))
 
 
+def odometry_sections(figures, jobs, n_seeds):
+    if n_seeds == 0:
+        return
+    yield "## Odometry between poses\n"
+    yield odometry_section.TEXT
+    for range_m in odometry_section.RANGES_M:
+        name = f"odometry {range_m}"
+        yield commands_text([job for job in jobs if job.table == name],
+                            f"`$SEED` = 0 to {n_seeds - 1}\n")
+        yield table_text(*odometry_section.table(
+            [figures.reports[name, "street", seed] for seed in range(n_seeds)]))
+
+
 def document(figures, jobs, arguments, logs):
     names = [log.name for log in logs]
     streets = [f"street {i}" for i in range(arguments.streets)]
@@ -460,6 +476,7 @@ def document(figures, jobs, arguments, logs):
     if streets:
         parts += street_sections(figures, jobs, streets, arguments.solves)
     parts += live_sections(figures, jobs, arguments, names)
+    parts += odometry_sections(figures, jobs, arguments.odometry)
     places = [("beams 0.04", log.name, pathlib.Path(params_of(log.preset)).stem, "all")
               for log in logs if 0.04 in arguments.fractions]
     places += [("street", name, "street", "near") for name in streets]
@@ -510,6 +527,8 @@ def parse_arguments():
                         metavar="N", help="scans of the long drive (default: 20000)")
     parser.add_argument("--solves", metavar="FILE", type=pathlib.Path,
                         help="times of both solves by bench/speed.cpp, JSON (default: left out)")
+    parser.add_argument("--odometry", type=int, choices=range(0, 101), default=10, metavar="N",
+                        help="drives with odometry of seeds 0 to N - 1 (default: 10)")
     parser.add_argument("--jobs", type=int, choices=range(1, 65), default=2, metavar="N",
                         help="runs at once (default: 2)")
     return parser.parse_args()

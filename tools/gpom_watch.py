@@ -25,7 +25,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 
 URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152"
 EXIT_DIFFERS, EXIT_USAGE = 1, 2
-MAP_FINGERPRINT, STATUS_FINGERPRINT = 0x428375daa5a20b5c, 0x8c14d72b736bf513
+MAP_FINGERPRINT, STATUS_FINGERPRINT = 0x428375daa5a20b5c, 0x7c14d72b736bf503
 MAP_HEAD = struct.Struct(">QqIhhbi3d2dff6hi")
 STATUS_HEAD = struct.Struct(">QqIbiii4q4f3i2q")
 CLASSES = ("free", "unsure", "occupied", "unknown")
@@ -38,10 +38,15 @@ COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "sca
           26: "beams_nan", 27: "beams_not_positive", 28: "beams_too_near", 29: "beams_masked",
           30: "beams_full", 40: "maps_published", 41: "tiles_published", 42: "queries_answered",
           43: "queries_refused", 44: "snapshots_written", 45: "snapshots_failed",
-          52: "frames_received", 53: "frames_short", 54: "frames_long", 55: "frames_corrupt",
-          56: "frames_repeated", 57: "frames_lost", 58: "datagrams_refused",
-          59: "messages_incomplete", 60: "messages_other", 61: "line_overruns",
-          62: "watchdog_resets"}
+          48: "can_received", 49: "can_bad_length", 50: "can_bad_crc", 51: "can_bad_counter",
+          52: "can_bad_value", 53: "can_lost", 54: "can_reordered", 55: "can_errors",
+          56: "can_bus_offs", 57: "can_overflows", 58: "can_downs", 59: "can_sent",
+          60: "can_not_sent", 61: "odometry_gaps",
+          64: "frames_received", 65: "frames_short", 66: "frames_long", 67: "frames_corrupt",
+          68: "frames_repeated", 69: "frames_lost", 70: "datagrams_refused",
+          71: "messages_incomplete", 72: "messages_other", 73: "line_overruns",
+          74: "watchdog_resets"}
+N_COUNTS = 80  # some without a name yet
 PROBABILITY_UNKNOWN, CLASS_UNKNOWN = 255, 3
 
 
@@ -84,7 +89,7 @@ def read_status(data):
     (_, stamp_us, sequence, state, version, map_format, epoch, uptime_us, scan_stamp_us, lag_us,
      lag_max_us, scan_hz, pose_hz, map_hz, query_hz, n_beams, beam_max, n_dirty, map_bytes,
      process_bytes) = checked(data, STATUS_FINGERPRINT, STATUS_HEAD)
-    counts = struct.unpack_from(">64q", data, STATUS_HEAD.size)
+    counts = struct.unpack_from(f">{N_COUNTS}q", data, STATUS_HEAD.size)
     return {"stamp_us": stamp_us, "sequence": sequence, "state": STATES[state],
             "version": version, "map_format": map_format, "frame_epoch": epoch,
             "uptime_s": uptime_us / 1e6, "scan_stamp_us": scan_stamp_us, "scan_lag_s": lag_us / 1e6,

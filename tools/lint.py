@@ -25,6 +25,7 @@ COLUMNS_MAX = 100
 # Host code that lives in a port because it belongs to it: no limits on libc there. Of the daemon
 # that is what runs at start, or writes the log; the rest of it has no heap.
 HOST_SIDE = {"ports/cortex_m/icount_plugin.c", "ports/template/host_test.c",
+             "ports/linux/can_config.cpp",
              "ports/linux/config.cpp", "ports/linux/gpomd.cpp"}
 
 PUBLIC_SYSTEM_HEADERS = {"stddef.h", "stdint.h", "stdbool.h", "limits.h", "float.h"}
@@ -220,8 +221,8 @@ def tidy_one(path):
 
 def check_tidy():
     files = glob.glob("src/*.cpp")
-    for port in "cortex_m", "codec", "uart", "template":
-        files += glob.glob(f"ports/{port}/*.c")
+    for port in "cortex_m", "codec", "uart", "template", "can":
+        files += glob.glob(f"ports/{port}/**/*.c", recursive=True)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         rows = list(pool.map(tidy_one, sorted(files)))
     for is_clean, output in rows:

@@ -363,9 +363,9 @@ void read_config(const char *path, Config &config)
 {
     const toml::table file = gpom_tools::parse_toml(path, "configuration");
     const TomlTable root(path, file);
-    root.refuse_keys_beyond(
-        {"params", "lcm_url", "sensor", "pose", "map", "raster", "intake", "publish", "snapshot"},
-        "; remove it");
+    root.refuse_keys_beyond({"params", "lcm_url", "sensor", "pose", "map", "raster", "intake",
+                             "publish", "snapshot", "can"},
+                            "; remove it");
     config = Config{};
     gpom_config_init(&config.map);
     const std::string params_path = beside(path, root.word("params"));
@@ -386,6 +386,7 @@ void read_config(const char *path, Config &config)
     read_intake(root, config);
     read_publish(root, config.publish);
     read_snapshot(root, path, config);
+    read_can(root, config.can);
 }
 
 } // namespace gpomd

@@ -4,6 +4,7 @@
 
 #include "gpom/gpom.h"
 #include "ports/codec/codec.h"
+#include "ports/linux/can_config.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -81,6 +82,7 @@ struct Config {
     PublishConfig publish;
     char snapshot_path[kPathMax]; ///< Empty: none.
     std::int64_t snapshot_period_us;
+    CanConfig can;
 };
 
 /// Read and check a file; paths in it are relative to it. `config` must stay where it is: sensors

@@ -1,6 +1,7 @@
 // gpomd: scans in from LCM, maps out to LCM.
 #include "ports/linux/answers.hpp"
 #include "ports/linux/bus.hpp"
+#include "ports/linux/can_port.hpp"
 #include "ports/linux/clock.hpp"
 #include "ports/linux/config.hpp"
 #include "ports/linux/intake.hpp"
@@ -60,7 +61,16 @@ constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
                                  {GPOM_WIRE_TIME_GAPS, "gaps in time"},
                                  {GPOM_WIRE_POSES_REFUSED, "poses refused"},
                                  {GPOM_WIRE_QUERIES_REFUSED, "queries refused"},
-                                 {GPOM_WIRE_SNAPSHOTS_FAILED, "snapshots not written"}};
+                                 {GPOM_WIRE_SNAPSHOTS_FAILED, "snapshots not written"},
+                                 {GPOM_WIRE_CAN_BAD_LENGTH, "CAN frames of wrong length"},
+                                 {GPOM_WIRE_CAN_BAD_CRC, "CAN frames with a wrong CRC"},
+                                 {GPOM_WIRE_CAN_BAD_COUNTER, "CAN frames with a frozen counter"},
+                                 {GPOM_WIRE_CAN_BAD_VALUE, "CAN values absent or out of range"},
+                                 {GPOM_WIRE_CAN_LOST, "CAN frames missing"},
+                                 {GPOM_WIRE_CAN_REORDERED, "CAN frames back in time"},
+                                 {GPOM_WIRE_CAN_ERRORS, "CAN error frames"},
+                                 {GPOM_WIRE_CAN_OVERFLOWS, "CAN frames by the kernel"},
+                                 {GPOM_WIRE_CAN_NOT_SENT, "CAN frames not sent"}};
 
 /// A thread by the name that `top -H` and debuggers show, 15 characters at most.
 template <class Body> std::thread named_thread(const char *name, const Body &body)
@@ -115,8 +125,10 @@ private:
     Snapshots snapshots_;
     MapThread mapping_;
     Publisher publisher_;
+    Odometry odometry_;
+    CanPort can_;
     std::atomic<std::uint64_t> pulse_{0}; ///< Of the receiving thread.
-    std::uint64_t seen_pulses_[3] = {};
+    std::uint64_t seen_pulses_[4] = {};
     std::int64_t logged_drops_[sizeof kDrops / sizeof *kDrops] = {};
 };
 
@@ -134,7 +146,7 @@ std::size_t Daemon::need() const
     const IntakeConfig &intake = config_.intake;
     return ScanQueue::need(intake.queue_scans + 1, intake.ranges_max, has_per_beam()) +
            QueryQueue::need() + Intake::need(config_) + MapThread::need(config_) +
-           Snapshots::need(config_) + Publisher::need(config_);
+           Snapshots::need(config_) + Publisher::need(config_) + CanPort::need(config_);
 }
 
 void Daemon::init(const char *config_path) { read_config(config_path, config_); }
@@ -208,6 +220,7 @@ void Daemon::receive(const std::atomic<bool> &stop)
     while (!stop.load(std::memory_order_relaxed)) {
         pulse_.fetch_add(1, std::memory_order_relaxed);
         bus_.handle(kWait_ms);
+        intake_.match_waiting(); // odometry comes by itself
         intake_.expire(monotonic_us());
     }
 }
@@ -216,13 +229,14 @@ void Daemon::receive(const std::atomic<bool> &stop)
 bool Daemon::has_pulse()
 {
     const std::uint64_t pulses[] = {pulse_.load(std::memory_order_relaxed), mapping_.pulse(),
-                                    publisher_.pulse()};
-    for (std::size_t i = 0; i < 3; ++i) {
+                                    publisher_.pulse(),
+                                    can_.is_used() ? can_.pulse() : pulse_.load()};
+    for (std::size_t i = 0; i < std::size(pulses); ++i) {
         if (pulses[i] == seen_pulses_[i]) {
             return false;
         }
     }
-    std::copy_n(pulses, 3, seen_pulses_);
+    std::copy(std::begin(pulses), std::end(pulses), seen_pulses_);
     return true;
 }
 
@@ -263,6 +277,9 @@ void Daemon::watch(const sigset_t &signals)
             log_drops();
             log_us = now_us + kLogPeriod_us;
         }
+        for (const char *news = can_.next_news(); news != nullptr; news = can_.next_news()) {
+            log(std::string(config_.can.interface) + " " + news);
+        }
         const timespec wait = {0, 20000000};
         signal_number = sigtimedwait(&signals, nullptr, &wait);
     }
@@ -284,6 +301,11 @@ void Daemon::init_parts()
         throw std::runtime_error(std::string("map: ") + problem);
     }
     publisher_.init(config_, memory_, bus_, mapping_, counts_);
+    odometry_.init(config_.can.odometry);
+    can_.init(config_, memory_, {&mapping_, &odometry_, &counts_});
+    if (config_.can.has_odometry) {
+        intake_.use_odometry(odometry_);
+    }
     if (config_.snapshot_path[0] != '\0') {
         snapshot_file_.emplace(config_.snapshot_path, config_.map.beam_max, true);
         snapshots_.init(config_, memory_, snapshot_file_->io(), counts_);
@@ -334,6 +356,7 @@ void Daemon::run_threads(const sigset_t &signals)
     std::thread writer = named_thread("snapshots", [&] { snapshots_.run(); });
     std::thread mapper = named_thread("mapping", [&] { mapping_.run(stop_mapping); });
     std::thread publisher = named_thread("publisher", [&] { publisher_.run(stop_publishing); });
+    std::thread can = named_thread("can", [&] { can_.run(stop_publishing); });
     std::thread receiver = named_thread("receiver", [&] { receive(stop_receiving); });
     log(std::string("ready on ") + config_.lcm_url);
     notify("READY=1");
@@ -348,6 +371,7 @@ void Daemon::run_threads(const sigset_t &signals)
     stop_publishing = true;
     publisher_.wake();
     publisher.join();
+    can.join();
 }
 
 } // namespace

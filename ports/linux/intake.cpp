@@ -1,5 +1,6 @@
 #include "ports/linux/intake.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -13,6 +14,9 @@ namespace
 
 /// A beam's time further from its scan's is a fault of the sender.
 constexpr std::int64_t kBeamTimeMax_us = 1000000;
+
+/// Poses nearer in time tell little of odometry's errors beside their own.
+constexpr std::int64_t kLearn_us = 1000000;
 
 /// Bearings and steps within what the library takes.
 bool is_angle(double angle_rad) { return std::fabs(angle_rad) <= 100.0; }
@@ -299,8 +303,19 @@ void Intake::take_pose(const Message &message)
     match_waiting();
 }
 
+/// The newest pose tells how good the odometry was since one a while before.
+void Intake::learn_odometry()
+{
+    StampedPose from = {}, to = {};
+    if (odometry_ != nullptr && poses_.not_after(INT64_MAX, to) &&
+        poses_.not_after(to.stamp_us - kLearn_us, from)) {
+        odometry_->learn(from, to, config_->pose.cov); // if it has not come yet: the next time
+    }
+}
+
 void Intake::match_waiting()
 {
+    learn_odometry();
     std::size_t n_left = 0;
     for (std::size_t i = 0; i < n_waiting_; ++i) {
         const std::uint32_t i_slot = waiting_[i];
@@ -330,18 +345,39 @@ bool Intake::settle(std::uint32_t i_slot, PoseMatch match)
     return false;
 }
 
-PoseMatch Intake::match(ScanSlot &slot) const
+/// The pose at a time and its covariance: carried on by odometry from the pose before, else
+/// interpolated between two. Odometry that has not come yet is waited for.
+PoseMatch Intake::pose_at(std::int64_t stamp_us, StampedPose &pose, float *cov) const
 {
     const PoseConfig &config = config_->pose;
-    std::memcpy(slot.cov, config.cov, sizeof slot.cov);
-    const bool is_exact = config.cov[0] == 0.0f && config.cov[4] == 0.0f && config.cov[8] == 0.0f;
-    const float *const cov = is_exact ? nullptr : slot.cov;
+    StampedPose from = {};
+    PoseMatch carried = PoseMatch::gap;
+    std::copy_n(config.cov, 9, cov);
+    if (odometry_ != nullptr && poses_.not_after(stamp_us, from)) {
+        PoseCov carried_cov;
+        std::copy_n(config.cov, 9, carried_cov);
+        carried = odometry_->carry(from, stamp_us, pose, carried_cov);
+        if (carried == PoseMatch::found) {
+            std::transform(carried_cov, carried_cov + 9, cov,
+                           [](double c) { return static_cast<float>(c); });
+            return PoseMatch::found;
+        }
+    }
+    const PoseMatch match = poses_.at(stamp_us, config.gap_max_us, pose);
+    return match == PoseMatch::gap ? carried : match;
+}
+
+PoseMatch Intake::match(ScanSlot &slot) const
+{
     StampedPose pose = {};
-    PoseMatch found = poses_.at(slot.stamp_us, config.gap_max_us, pose);
+    float beam_cov[9]; // beams share the scan's
+    PoseMatch found = pose_at(slot.stamp_us, pose, slot.cov);
+    const bool is_exact = slot.cov[0] == 0.0f && slot.cov[4] == 0.0f && slot.cov[8] == 0.0f;
+    const float *const cov = is_exact ? nullptr : slot.cov;
     slot.pose = {pose.x_m, pose.y_m, pose.yaw_rad, cov};
     for (std::uint32_t i = 0; slot.is_per_beam && found == PoseMatch::found && i < slot.n_ranges;
          ++i) {
-        found = poses_.at(slot.stamps_us[i], config.gap_max_us, pose);
+        found = pose_at(slot.stamps_us[i], pose, beam_cov);
         slot.poses[i] = {pose.x_m, pose.y_m, pose.yaw_rad, cov};
     }
     return found;

@@ -4,6 +4,7 @@
 
 #include "ports/linux/config.hpp"
 #include "ports/linux/counts.hpp"
+#include "ports/linux/odometry.hpp"
 #include "ports/linux/pose_ring.hpp"
 #include "ports/linux/scan_queue.hpp"
 
@@ -31,6 +32,10 @@ public:
     void take_scan(const char *channel, const Message &message);
     /// A message on the pose channel.
     void take_pose(const Message &message);
+    /// Carry poses on by odometry from now on.
+    void use_odometry(Odometry &odometry) { odometry_ = &odometry; }
+    /// Look for poses of waiting scans again: odometry may have come.
+    void match_waiting();
     /// Give up scans that have waited too long for a pose.
     void expire(std::int64_t monotonic_us);
 
@@ -56,8 +61,9 @@ private:
     bool is_next(Track &track, const ScanSlot &slot, std::int32_t ahead);
     bool is_set_back(Track &track, std::int64_t stamp_us);
     void keep_spare();
-    void match_waiting();
     PoseMatch match(ScanSlot &slot) const;
+    void learn_odometry();
+    PoseMatch pose_at(std::int64_t stamp_us, StampedPose &pose, float *cov) const;
     bool settle(std::uint32_t i_slot, PoseMatch match);
     void drop(std::uint32_t i_slot, std::size_t place);
 
@@ -66,6 +72,7 @@ private:
     Counts *counts_ = nullptr;
     Track tracks_[kSensorsMax] = {};
     PoseRing poses_;
+    Odometry *odometry_ = nullptr;     ///< None: poses are interpolated alone.
     std::uint32_t spare_ = 0;          ///< The slot that the next scan is decoded into.
     std::uint32_t *waiting_ = nullptr; ///< Slots without pose, in order of arrival.
     std::size_t n_waiting_ = 0;

@@ -29,16 +29,10 @@ bool PoseRing::push(const StampedPose &pose)
     return true;
 }
 
-PoseMatch PoseRing::at(std::int64_t stamp_us, std::int64_t gap_max_us, StampedPose &pose) const
+std::size_t PoseRing::first_not_before(std::int64_t stamp_us) const
 {
-    if (n_ == 0 || stamp_us > nth(n_ - 1).stamp_us) {
-        return PoseMatch::not_yet;
-    }
-    if (stamp_us < nth(0).stamp_us) {
-        return PoseMatch::too_old;
-    }
-    std::size_t low = 0; // the first pose not before stamp_us is in low .. high
-    std::size_t high = n_ - 1;
+    std::size_t low = 0; // it is in low .. high
+    std::size_t high = n_;
     while (low < high) {
         const std::size_t middle = (low + high) / 2;
         if (nth(middle).stamp_us < stamp_us) {
@@ -47,12 +41,38 @@ PoseMatch PoseRing::at(std::int64_t stamp_us, std::int64_t gap_max_us, StampedPo
             high = middle;
         }
     }
-    const StampedPose &after = nth(high);
+    return low;
+}
+
+bool PoseRing::not_after(std::int64_t stamp_us, StampedPose &pose) const
+{
+    const std::size_t i_after = first_not_before(stamp_us);
+    if (i_after < n_ && nth(i_after).stamp_us == stamp_us) {
+        pose = nth(i_after);
+        return true;
+    }
+    if (i_after == 0) {
+        return false;
+    }
+    pose = nth(i_after - 1);
+    return true;
+}
+
+PoseMatch PoseRing::at(std::int64_t stamp_us, std::int64_t gap_max_us, StampedPose &pose) const
+{
+    if (n_ == 0 || stamp_us > nth(n_ - 1).stamp_us) {
+        return PoseMatch::not_yet;
+    }
+    if (stamp_us < nth(0).stamp_us) {
+        return PoseMatch::too_old;
+    }
+    const std::size_t i_after = first_not_before(stamp_us);
+    const StampedPose &after = nth(i_after);
     if (after.stamp_us == stamp_us) {
         pose = after;
         return PoseMatch::found;
     }
-    const StampedPose &before = nth(high - 1);
+    const StampedPose &before = nth(i_after - 1);
     const std::int64_t span_us = after.stamp_us - before.stamp_us;
     if (span_us > gap_max_us) {
         return PoseMatch::gap;

@@ -37,8 +37,12 @@ public:
     /// The pose at a time, interpolated between the two about it; yaw the short way round.
     PoseMatch at(std::int64_t stamp_us, std::int64_t gap_max_us, StampedPose &pose) const;
 
+    /// The newest pose not after a time; false: there is none.
+    bool not_after(std::int64_t stamp_us, StampedPose &pose) const;
+
 private:
     const StampedPose &nth(std::size_t i) const { return poses_[(first_ + i) % kPoses]; }
+    std::size_t first_not_before(std::int64_t stamp_us) const;
 
     StampedPose poses_[kPoses] = {};
     std::size_t first_ = 0;

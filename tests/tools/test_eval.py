@@ -336,7 +336,8 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
     texts = []
     for name in ("a.md", "b.md"):
         done = results(run, tool, tmp_path, tmp_path / name, "--seeds", "0,1", "--fractions",
-                       "0.04", "--streets", 1, "--points", 100, "--drive", 0)
+                       "0.04", "--streets", 1, "--points", 100, "--drive", 0,
+                       "--odometry", 0)
         assert done.returncode == 0, done.stderr
         assert "intel left out" in done.stdout
         texts.append((tmp_path / name).read_text(encoding="utf-8"))

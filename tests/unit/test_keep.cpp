@@ -1,92 +1,10 @@
 // What is worth keeping, told by small worlds whose outcome follows from the rules alone.
-#include "tests/unit/reference.hpp"
+#include "tests/unit/keeping.hpp"
 
 using namespace reference;
 
 namespace
 {
-
-constexpr float kKeep_m = 0.5f;
-
-gpom_config_t keep_config(std::uint32_t clear_scans, std::uint32_t beam_max = 1024)
-{
-    gpom_config_t config = config_of(params_of(GPOM_KERNEL_MATERN12), beam_max);
-    config.keep_m = kKeep_m;
-    config.clear_scans = clear_scans;
-    return config;
-}
-
-std::int64_t second(int i) { return INT64_C(1700000000000000) + INT64_C(1000000) * i; }
-
-/// One beam from `at` at time i.
-TestScan look(Xy at, double yaw_rad, double range_m, int i_time)
-{
-    TestScan s;
-    s.pose = {at.x, at.y, yaw_rad, nullptr};
-    s.ranges_m = {static_cast<float>(range_m)};
-    s.stamp_us = second(i_time);
-    return s;
-}
-
-/// n beams all around `at`, all of one range.
-TestScan look_around(Xy at, std::uint32_t n, float range_m, int i_time)
-{
-    TestScan s;
-    s.pose = {at.x, at.y, 0.1, nullptr};
-    s.ranges_m.assign(n, range_m);
-    s.angle_step_rad = 2.0 * kPi / n;
-    s.stamp_us = second(i_time);
-    return s;
-}
-
-/// A map, and how its counters change with each scan.
-struct Keeping {
-    TestMap map;
-
-    explicit Keeping(const gpom_config_t &config) : map(config) {}
-
-    /// Insert a scan; returns what it added to the counters.
-    gpom_stats_t see(const TestScan &scan)
-    {
-        const gpom_stats_t before = map.stats();
-        REQUIRE(scan.insert_into(map.get()) == GPOM_OK);
-        gpom_stats_t change = map.stats();
-        auto *const counts = reinterpret_cast<std::uint64_t *>(&change);
-        const auto *const old = reinterpret_cast<const std::uint64_t *>(&before);
-        for (std::size_t i = 0; i < sizeof change / sizeof *counts; ++i) {
-            REQUIRE(counts[i] >= old[i]); // counters only rise
-            counts[i] -= old[i];
-        }
-        return change;
-    }
-
-    gpom_beam_t beam(std::uint32_t id) const
-    {
-        for (const gpom_beam_t &b : map.beams()) {
-            if (b.id == id) {
-                return b;
-            }
-        }
-        FAIL("no beam ", id);
-        return {};
-    }
-
-    bool has_hit(std::uint32_t id) const
-    {
-        const std::vector<gpom_beam_t> all = map.beams();
-        return std::any_of(all.begin(), all.end(),
-                           [id](const auto &b) { return b.id == id && b.is_hit == 1; });
-    }
-
-    std::size_t n_provisional() const
-    {
-        const std::vector<gpom_beam_t> all = map.beams();
-        return static_cast<std::size_t>(std::count_if(
-            all.begin(), all.end(), [](const auto &b) { return b.provisional == 1; }));
-    }
-
-    gpom_answer_t ask(Xy at) { return query_points(map.get(), {{at.x, at.y}}).all[0]; }
-};
 
 std::uint64_t sum_of_causes(const gpom_stats_t &n)
 {
@@ -452,77 +370,6 @@ TEST_CASE("a whole wall in known free space is confirmed at once")
         CHECK(k.n_provisional() == 0);
         CHECK(k.map.stats().beams_not_confirmed == 0);
     }
-}
-
-/// Free segments of beams 0 to 63.
-std::size_t n_first_free(const Keeping &k)
-{
-    const std::vector<gpom_beam_t> all = k.map.beams();
-    return static_cast<std::size_t>(std::count_if(
-        all.begin(), all.end(), [](const auto &b) { return b.id < 64 && b.is_free == 1; }));
-}
-
-/// 64 free beams all around, then at time 1 a surface between them, 6 m away: its hits are 0.59 m
-/// apart and 0.29 m beside the beams, so that none waits.
-TestScan surface_between(int i_time)
-{
-    TestScan s = look_around({0, 0}, 64, 6.0f, i_time);
-    s.pose.yaw_rad += kPi / 64;
-    return s;
-}
-
-// A surface that arrives where free segments run, and is seen at three more times, takes the place
-// from all of them, also from those that pass between its hits.
-TEST_CASE("a surface that arrived takes the place from free segments")
-{
-    Keeping k(keep_config(2, 4096));
-    k.see(look_around({0, 0}, 64, kInf, 0));
-    CHECK(k.see(surface_between(1)).beams_hit == 64);
-    CHECK(k.n_provisional() == 0);
-    for (int i = 2; i < 4; ++i) {
-        CHECK(k.see(surface_between(i)).beams_known == 64);
-        CHECK(n_first_free(k) == 64);
-    }
-    k.see(surface_between(4));
-    CHECK(n_first_free(k) == 0);
-}
-
-// Nothing gives way to a surface that beams passed since it was first seen.
-TEST_CASE("a surface that beams go through takes nothing away")
-{
-    Keeping k(keep_config(3, 4096));
-    k.see(look_around({0, 0}, 64, kInf, 0));
-    k.see(surface_between(1));
-    k.see(surface_between(2));
-    TestScan through = surface_between(3);
-    through.ranges_m.assign(64, kInf);
-    k.see(through);
-    for (int i = 4; i < 12; ++i) {
-        k.see(surface_between(i));
-    }
-    CHECK(n_first_free(k) == 64);
-}
-
-// A hit that lost its free segment to something that came between is seen anew when that has gone:
-// one beam stands there again, with hit and free segment.
-TEST_CASE("a beam renews the hit whose free segment gave way")
-{
-    Keeping k(keep_config(2));
-    k.see(look({0, 0}, 0.0, 20.0, 0));
-    k.see(look({4.0, 2.0}, -kPi / 2, 2.0, 1));
-    k.see(look({4.0, 2.0}, -kPi / 2, 2.0, 2));
-    REQUIRE(k.beam(0).is_free == 0);
-    for (int i = 3; i < 8; ++i) {
-        k.see(look({0, 0}, 0.0, 20.0, i));
-    }
-    std::size_t n_there = 0;
-    for (const gpom_beam_t &b : k.map.beams()) {
-        const bool is_there = b.is_hit == 1 && std::fabs(b.range_m - 20.0f) < 1e-3f;
-        n_there += is_there ? 1 : 0;
-        CHECK((!is_there || b.is_free == 1));
-    }
-    CHECK(n_there == 1);
-    CHECK(k.ask({10, 0}).mean < 0.0f);
 }
 
 // A provisional beam stays until it is seen through or too many younger ones wait, also when the

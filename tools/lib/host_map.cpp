@@ -64,12 +64,12 @@ HostMap::HostMap(const gpom_config_t &config) : map_bytes_(gpom_map_bytes(&confi
     scratch_ = std::make_unique<std::uint8_t[]>(gpom_scratch_bytes(map_));
 }
 
-void HostMap::insert(const Scan &scan)
+void HostMap::insert(const Scan &scan, const float *pose_cov)
 {
     gpom_sensor_t sensor;
     gpom_sensor_init(&sensor);
     sensor.range_max_m = static_cast<float>(scan.range_max_m);
-    const gpom_pose_t pose = {scan.x_m, scan.y_m, scan.theta_rad, nullptr};
+    const gpom_pose_t pose = {scan.x_m, scan.y_m, scan.theta_rad, pose_cov};
     const gpom_scan_t readings = {static_cast<std::int64_t>(std::llround(scan.t_s * 1e6)),
                                   scan.angle_min_rad, scan.angle_step_rad, scan.ranges_m.data(),
                                   static_cast<std::uint32_t>(scan.ranges_m.size())};

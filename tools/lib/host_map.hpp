@@ -36,8 +36,9 @@ public:
     {
     }
 
-    /// Insert one scan; its pose is the laser's, exactly known.
-    void insert(const Scan &scan);
+    /// Insert one scan; its pose is the laser's, with a covariance as in gpom_pose_t; NULL: exactly
+    /// known.
+    void insert(const Scan &scan, const float *pose_cov = nullptr);
     /// Insert all scans and index them.
     void insert(const std::vector<Scan> &scans);
 
