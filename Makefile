@@ -183,6 +183,15 @@ soak: gpomd $(BUILD)/gpom-sim ## Load gpomd for SOAK_S seconds, kill it KILLS ti
 	$(Q)GPOM_BUILD=$(abspath $(BUILD)) GPOM_SOAK_S=$(SOAK_S) GPOM_KILLS=$(KILLS) \
 	    build/venv/bin/python -m pytest -q -s -p no:cacheprovider tests/linux/test_endurance.py
 
+demo-cars: tools ## Vehicles leave and arrive on a street, before the live map: build/demo-cars
+	@mkdir -p build/demo-cars
+	$(Q)$(BUILD)/gpom-live cars --params tools/params/street.toml --scans 80 --cars-leave-at 40 \
+	    $(if $(SEED),--seed $(SEED)) --json build/demo-cars/leave.json
+	$(Q)$(BUILD)/gpom-live cars --params tools/params/street.toml --scans 80 --cars-leave-at -1 \
+	    --cars-arrive-at 40 $(if $(SEED),--seed $(SEED)) --json build/demo-cars/arrive.json
+	$(Q)build/venv/bin/python tools/cars_picture.py build/demo-cars/leave.json \
+	    build/demo-cars/arrive.json --out build/demo-cars/map.png
+
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
 
@@ -253,9 +262,10 @@ distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
-        demo-lcm soak results fuzz test test-all lint format check-symbols firmware test-firmware \
-        clean distclean test-programs unit tsan endian codec-tests linux-tests can-tests test-can \
-        fuzzers firmware-image firmware-host test-firmware-programs demo-firmware install FORCE
+        demo-cars demo-lcm soak results fuzz test test-all lint format check-symbols firmware \
+        test-firmware clean distclean test-programs unit tsan endian codec-tests linux-tests \
+        can-tests test-can fuzzers firmware-image firmware-host test-firmware-programs demo- \
+        firmware install FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
