@@ -320,7 +320,7 @@ $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)
 
 $(BUILD)/gpomd: $(BUILD)/obj/ports/linux/gpomd.o $(LINUX_LIB)
 $(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
-    $(call objects,ports/linux/bus tools/lib/scan_log tools/lib/text_lines)
+    $(call objects,ports/linux/bus ports/linux/network tools/lib/scan_log tools/lib/text_lines)
 $(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) \
     $(call objects,tools/lib/scan_log tools/lib/text_lines)
 $(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/unit/main.cpp) \

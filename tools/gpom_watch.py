@@ -37,7 +37,10 @@ COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "sca
           16: "poses_received", 17: "poses_refused", 24: "beams_hit", 25: "beams_no_return",
           26: "beams_nan", 27: "beams_not_positive", 28: "beams_too_near", 29: "beams_masked",
           30: "beams_full", 40: "maps_published", 41: "tiles_published", 42: "queries_answered",
-          43: "queries_refused", 44: "snapshots_written", 45: "snapshots_failed"}
+          43: "queries_refused", 44: "snapshots_written", 45: "snapshots_failed",
+          48: "datagrams_lost", 49: "datagrams_other", 50: "datagrams_malformed",
+          51: "fragments_overlong", 52: "fragments_inconsistent", 53: "fragments_repeated",
+          54: "fragments_late", 55: "messages_timed_out", 56: "messages_evicted"}
 PROBABILITY_UNKNOWN, CLASS_UNKNOWN = 255, 3
 
 

@@ -10,6 +10,7 @@
 #include "ports/linux/publisher.hpp"
 #include "ports/linux/snapshots.hpp"
 #include "ports/linux/status.hpp"
+#include "ports/linux/subscriber.hpp"
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/snapshot_file.hpp"
 
@@ -43,7 +44,8 @@ struct NamedCount {
     const char *name;
 };
 
-/// Whatever is dropped, in words of the log.
+/// Whatever is dropped, in words of the log. Fragments of messages too long for gpomd are not told:
+/// they are others', or its own grid.
 constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
                                  {GPOM_WIRE_SCANS_OUT_OF_REACH, "out of reach"},
                                  {GPOM_WIRE_SCANS_OTHER_TYPE, "of another type"},
@@ -60,7 +62,15 @@ constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
                                  {GPOM_WIRE_TIME_GAPS, "gaps in time"},
                                  {GPOM_WIRE_POSES_REFUSED, "poses refused"},
                                  {GPOM_WIRE_QUERIES_REFUSED, "queries refused"},
-                                 {GPOM_WIRE_SNAPSHOTS_FAILED, "snapshots not written"}};
+                                 {GPOM_WIRE_SNAPSHOTS_FAILED, "snapshots not written"},
+                                 {GPOM_WIRE_DATAGRAMS_LOST, "datagrams lost"},
+                                 {GPOM_WIRE_DATAGRAMS_OTHER, "datagrams not of LCM"},
+                                 {GPOM_WIRE_DATAGRAMS_MALFORMED, "datagrams malformed"},
+                                 {GPOM_WIRE_FRAGMENTS_INCONSISTENT, "fragments inconsistent"},
+                                 {GPOM_WIRE_FRAGMENTS_REPEATED, "fragments repeated"},
+                                 {GPOM_WIRE_FRAGMENTS_LATE, "fragments late"},
+                                 {GPOM_WIRE_MESSAGES_TIMED_OUT, "messages incomplete"},
+                                 {GPOM_WIRE_MESSAGES_EVICTED, "messages in too many fragments"}};
 
 /// A thread by the name that `top -H` and debuggers show, 15 characters at most.
 template <class Body> std::thread named_thread(const char *name, const Body &body)
@@ -108,6 +118,7 @@ private:
     Memory memory_;
     Counts counts_;
     Bus bus_;
+    Subscriber subscriber_;
     ScanQueue scans_;
     QueryQueue queries_;
     Intake intake_;
@@ -134,7 +145,7 @@ std::size_t Daemon::need() const
     const IntakeConfig &intake = config_.intake;
     return ScanQueue::need(intake.queue_scans + 1, intake.ranges_max, has_per_beam()) +
            QueryQueue::need() + Intake::need(config_) + MapThread::need(config_) +
-           Snapshots::need(config_) + Publisher::need(config_);
+           Snapshots::need(config_) + Publisher::need(config_) + Subscriber::need(config_);
 }
 
 void Daemon::init(const char *config_path) { read_config(config_path, config_); }
@@ -153,22 +164,23 @@ void Daemon::check() const
 
 void Daemon::subscribe()
 {
-    bool is_good = true;
     for (std::size_t i = 0; i < config_.n_sensors; ++i) {
         bool is_new = true; // sensors of gpom.scan_t may share a channel
         for (std::size_t j = 0; j < i; ++j) {
             is_new =
                 is_new && std::strcmp(config_.sensors[i].channel, config_.sensors[j].channel) != 0;
         }
-        is_good = is_good && (!is_new || bus_.subscribe(config_.sensors[i].channel, on_scan, this));
+        if (is_new) {
+            subscriber_.subscribe(config_.sensors[i].channel, on_scan, this);
+        }
     }
     if (config_.pose.channel[0] != '\0') {
-        is_good = is_good && bus_.subscribe(config_.pose.channel, on_pose, this);
+        subscriber_.subscribe(config_.pose.channel, on_pose, this);
     }
-    is_good = is_good && bus_.subscribe(config_.publish.query, on_query, this) &&
-              bus_.subscribe(config_.publish.request, on_request, this);
-    if (!is_good) {
-        throw std::runtime_error("liblcm refuses a subscription; check the channels' names");
+    subscriber_.subscribe(config_.publish.query, on_query, this);
+    subscriber_.subscribe(config_.publish.request, on_request, this);
+    if (const char *const problem = subscriber_.open(config_.lcm_url); problem != nullptr) {
+        throw std::runtime_error(problem);
     }
 }
 
@@ -207,7 +219,7 @@ void Daemon::receive(const std::atomic<bool> &stop)
 {
     while (!stop.load(std::memory_order_relaxed)) {
         pulse_.fetch_add(1, std::memory_order_relaxed);
-        bus_.handle(kWait_ms);
+        subscriber_.handle(kWait_ms);
         intake_.expire(monotonic_us());
     }
 }
@@ -284,6 +296,7 @@ void Daemon::init_parts()
         throw std::runtime_error(std::string("map: ") + problem);
     }
     publisher_.init(config_, memory_, bus_, mapping_, counts_);
+    subscriber_.init(config_, memory_, counts_);
     if (config_.snapshot_path[0] != '\0') {
         snapshot_file_.emplace(config_.snapshot_path, config_.map.beam_max, true);
         snapshots_.init(config_, memory_, snapshot_file_->io(), counts_);
