@@ -32,8 +32,8 @@ void copy_word(const TomlTable &table, const std::string &key, const std::string
     std::memcpy(target, word.c_str(), word.size() + 1);
 }
 
-/// A channel's name, or the default where the key is absent. liblcm reads names as regular
-/// expressions, so that only characters which stand for themselves can be allowed.
+/// A channel's name, or the default where the key is absent. To subscribers with liblcm names are
+/// regular expressions, so that only characters which stand for themselves can be allowed.
 void read_channel(const TomlTable &table, const std::string &key, const std::string &otherwise,
                   ChannelName &channel)
 {
