@@ -177,13 +177,13 @@ def run_symbols(results):
               ["tools/check_symbols.py", "--exports", f"{HOST}/libgpom.so"])
 
 
-def run_pytest(results, suite, path, before=()):
+def run_pytest(results, suite, paths, before=()):
     report = f"{RESULTS}/{suite}.xml"
-    run_junit(results, suite, [*before, *pytest_words(path), f"--junitxml={report}"], report)
+    run_junit(results, suite, [*before, *pytest_words(paths), f"--junitxml={report}"], report)
 
 
-def pytest_words(path):
-    return ["build/venv/bin/python", "-m", "pytest", "-q", "-p", "no:cacheprovider", path]
+def pytest_words(paths):
+    return ["build/venv/bin/python", "-m", "pytest", "-q", "-p", "no:cacheprovider", *paths.split()]
 
 
 def as_root():
@@ -200,7 +200,7 @@ def run_linux(results):
 def run_linux_sanitize(results):
     """The daemon alone is built with ASan and UBSan; what they find is its exit code."""
     run_doctest(results, "linux-unit-sanitize", f"{SANITIZE}/linux_tests")
-    run_pytest(results, "linux-sanitize", "tests/linux/test_gpomd.py",
+    run_pytest(results, "linux-sanitize", "tests/linux/test_gpomd.py tests/linux/test_datagrams.py",
                [*as_root(), "env", f"GPOMD={SANITIZE}/gpomd"])
 
 

@@ -1,6 +1,7 @@
 // gpom-bridge: connects a device behind a serial line (ports/uart/) with LCM.
 #include "ports/codec/codec.h"
 #include "ports/linux/bus.hpp"
+#include "ports/linux/subscriber.hpp"
 #include "ports/uart/frame.h"
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/serial_line.hpp"
@@ -28,6 +29,9 @@ constexpr int kWait_ms = 100;
 /// A line that takes nothing for so long is stuck: the frame is given up.
 constexpr int kStuck_ms = 2000;
 
+/// Of the longest scan that is passed on.
+constexpr std::uint32_t kRangesMax = 3000;
+
 /// Messages of the device in fragments: none of its own are longer.
 constexpr std::uint32_t kMessageBytesMax = 65536;
 constexpr std::uint32_t kFragmentsMax = 64;
@@ -51,7 +55,8 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--url", options.url, "LCM's network")->capture_default_str();
     app.add_option("--to-device", options.to_device,
                    "Channels that are passed on to the device; what it sends is published on the "
-                   "channels that it names; may be repeated")
+                   "channels that it names; may be repeated, at most 16 in all")
+        ->expected(1, static_cast<int>(gpomd::Subscriber::kSubscriptionsMax))
         ->allow_extra_args(false)
         ->capture_default_str();
     app.add_option("--report", options.report_s, "Print the counters every so often [s]; 0: never")
@@ -181,12 +186,13 @@ private:
     std::atomic<long> n_published_{0};
 };
 
-void report(const ToDevice &to, const FromDevice &from)
+void report(const ToDevice &to, const FromDevice &from, const gpomd::Counts &counts)
 {
     const gpom_uart_frame_stats_t frames = from.frames();
-    std::printf("gpom-bridge: %ld messages to the device, %ld given up; %ld from it, frames %llu "
-                "short, %llu long, %llu corrupt, %llu repeated, %llu lost\n",
-                to.n_sent(), to.n_dropped(), from.n_published(),
+    std::printf("gpom-bridge: %ld messages to the device, %ld given up, %lld datagrams lost; %ld "
+                "from it, frames %llu short, %llu long, %llu corrupt, %llu repeated, %llu lost\n",
+                to.n_sent(), to.n_dropped(),
+                static_cast<long long>(counts[GPOM_WIRE_DATAGRAMS_LOST]), from.n_published(),
                 static_cast<unsigned long long>(frames.frames_short),
                 static_cast<unsigned long long>(frames.frames_long),
                 static_cast<unsigned long long>(frames.frames_corrupt),
@@ -203,12 +209,20 @@ void run(const Options &options)
     if (const char *const problem = bus.open(options.url.c_str())) {
         throw std::runtime_error(problem);
     }
+    gpomd::Memory memory;
+    gpomd::Counts counts;
+    gpomd::Subscriber subscriber;
+    if (!memory.reserve(gpomd::Subscriber::need(kRangesMax))) {
+        throw std::runtime_error("no memory for the receiver");
+    }
+    subscriber.init(kRangesMax, memory, counts);
+    if (const char *const problem = subscriber.open(options.url.c_str())) {
+        throw std::runtime_error(problem);
+    }
     ToDevice to(line);
     FromDevice from(line, bus);
     for (const std::string &channel : options.to_device) {
-        if (!bus.subscribe(channel.c_str(), ToDevice::receive, &to)) {
-            throw std::runtime_error("--to-device: liblcm refuses channel " + channel);
-        }
+        subscriber.subscribe(channel.c_str(), ToDevice::receive, &to);
     }
     std::exception_ptr problem;
     std::thread reader([&] {
@@ -228,10 +242,10 @@ void run(const Options &options)
     Clock::time_point reported = Clock::now();
     try {
         while (!is_stopped.load()) {
-            bus.handle(kWait_ms);
+            subscriber.handle(kWait_ms);
             if (options.report_s > 0.0 && Clock::now() - reported >= period) {
                 reported = Clock::now();
-                report(to, from);
+                report(to, from, counts);
             }
         }
     } catch (...) { // the reader must end before its line does
@@ -240,7 +254,7 @@ void run(const Options &options)
         throw;
     }
     reader.join();
-    report(to, from);
+    report(to, from, counts);
     if (problem) {
         std::rethrow_exception(problem);
     }

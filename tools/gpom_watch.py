@@ -25,7 +25,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 
 URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152"
 EXIT_DIFFERS, EXIT_USAGE = 1, 2
-MAP_FINGERPRINT, STATUS_FINGERPRINT = 0x428375daa5a20b5c, 0x7c14d72b736bf503
+MAP_FINGERPRINT, STATUS_FINGERPRINT = 0x428375daa5a20b5c, 0x9c14d72b736bf503
 MAP_HEAD = struct.Struct(">QqIhhbi3d2dff6hi")
 STATUS_HEAD = struct.Struct(">QqIbiii4q4f3i2q")
 CLASSES = ("free", "unsure", "occupied", "unknown")
@@ -45,8 +45,11 @@ COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "sca
           64: "frames_received", 65: "frames_short", 66: "frames_long", 67: "frames_corrupt",
           68: "frames_repeated", 69: "frames_lost", 70: "datagrams_refused",
           71: "messages_incomplete", 72: "messages_other", 73: "line_overruns",
-          74: "watchdog_resets"}
-N_COUNTS = 80  # some without a name yet
+          74: "watchdog_resets",
+          75: "datagrams_lost", 76: "datagrams_other", 77: "datagrams_malformed",
+          78: "fragments_overlong", 79: "fragments_inconsistent", 80: "fragments_repeated",
+          81: "fragments_late", 82: "messages_timed_out", 83: "messages_evicted"}
+N_COUNTS = 88  # some without a name yet
 PROBABILITY_UNKNOWN, CLASS_UNKNOWN = 255, 3
 
 

@@ -1,5 +1,6 @@
 #include "ports/linux/config.hpp"
 
+#include "ports/linux/network.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/toml_table.hpp"
 
@@ -31,8 +32,8 @@ void copy_word(const TomlTable &table, const std::string &key, const std::string
     std::memcpy(target, word.c_str(), word.size() + 1);
 }
 
-/// A channel's name, or the default where the key is absent. liblcm reads names as regular
-/// expressions, so that only characters which stand for themselves can be allowed.
+/// A channel's name, or the default where the key is absent. To subscribers with liblcm names are
+/// regular expressions, so that only characters which stand for themselves can be allowed.
 void read_channel(const TomlTable &table, const std::string &key, const std::string &otherwise,
                   ChannelName &channel)
 {
@@ -378,6 +379,9 @@ void read_config(const char *path, Config &config)
         root.fail("params", "params: " + std::string(error.what()));
     }
     read_word(root, "lcm_url", "udpm://239.255.76.67:7667?ttl=0", config.lcm_url);
+    if (!is_multicast_url(config.lcm_url)) {
+        root.fail("lcm_url", "lcm_url: must be udpm://ADDRESS:PORT?ttl=0");
+    }
     read_map(root, config.map);
     read_raster(root, config.map);
     check_map(root, config.map);

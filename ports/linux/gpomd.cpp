@@ -11,6 +11,7 @@
 #include "ports/linux/publisher.hpp"
 #include "ports/linux/snapshots.hpp"
 #include "ports/linux/status.hpp"
+#include "ports/linux/subscriber.hpp"
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/snapshot_file.hpp"
 
@@ -44,7 +45,8 @@ struct NamedCount {
     const char *name;
 };
 
-/// Whatever is dropped, in words of the log.
+/// Whatever is dropped, in words of the log. Fragments of messages too long for gpomd are not told:
+/// they are others', or its own grid.
 constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
                                  {GPOM_WIRE_SCANS_OUT_OF_REACH, "out of reach"},
                                  {GPOM_WIRE_SCANS_OTHER_TYPE, "of another type"},
@@ -70,7 +72,15 @@ constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
                                  {GPOM_WIRE_CAN_REORDERED, "CAN frames back in time"},
                                  {GPOM_WIRE_CAN_ERRORS, "CAN error frames"},
                                  {GPOM_WIRE_CAN_OVERFLOWS, "CAN frames by the kernel"},
-                                 {GPOM_WIRE_CAN_NOT_SENT, "CAN frames not sent"}};
+                                 {GPOM_WIRE_CAN_NOT_SENT, "CAN frames not sent"},
+                                 {GPOM_WIRE_DATAGRAMS_LOST, "datagrams lost"},
+                                 {GPOM_WIRE_DATAGRAMS_OTHER, "datagrams not of LCM"},
+                                 {GPOM_WIRE_DATAGRAMS_MALFORMED, "datagrams malformed"},
+                                 {GPOM_WIRE_FRAGMENTS_INCONSISTENT, "fragments inconsistent"},
+                                 {GPOM_WIRE_FRAGMENTS_REPEATED, "fragments repeated"},
+                                 {GPOM_WIRE_FRAGMENTS_LATE, "fragments late"},
+                                 {GPOM_WIRE_MESSAGES_TIMED_OUT, "messages incomplete"},
+                                 {GPOM_WIRE_MESSAGES_EVICTED, "messages in too many fragments"}};
 
 /// A thread by the name that `top -H` and debuggers show, 15 characters at most.
 template <class Body> std::thread named_thread(const char *name, const Body &body)
@@ -118,6 +128,7 @@ private:
     Memory memory_;
     Counts counts_;
     Bus bus_;
+    Subscriber subscriber_;
     ScanQueue scans_;
     QueryQueue queries_;
     Intake intake_;
@@ -146,7 +157,8 @@ std::size_t Daemon::need() const
     const IntakeConfig &intake = config_.intake;
     return ScanQueue::need(intake.queue_scans + 1, intake.ranges_max, has_per_beam()) +
            QueryQueue::need() + Intake::need(config_) + MapThread::need(config_) +
-           Snapshots::need(config_) + Publisher::need(config_) + CanPort::need(config_);
+           Snapshots::need(config_) + Publisher::need(config_) + CanPort::need(config_) +
+           Subscriber::need(intake.ranges_max);
 }
 
 void Daemon::init(const char *config_path) { read_config(config_path, config_); }
@@ -165,22 +177,24 @@ void Daemon::check() const
 
 void Daemon::subscribe()
 {
-    bool is_good = true;
+    static_assert(kSensorsMax + 3 <= Subscriber::kSubscriptionsMax, "poses, queries, requests");
     for (std::size_t i = 0; i < config_.n_sensors; ++i) {
         bool is_new = true; // sensors of gpom.scan_t may share a channel
         for (std::size_t j = 0; j < i; ++j) {
             is_new =
                 is_new && std::strcmp(config_.sensors[i].channel, config_.sensors[j].channel) != 0;
         }
-        is_good = is_good && (!is_new || bus_.subscribe(config_.sensors[i].channel, on_scan, this));
+        if (is_new) {
+            subscriber_.subscribe(config_.sensors[i].channel, on_scan, this);
+        }
     }
     if (config_.pose.channel[0] != '\0') {
-        is_good = is_good && bus_.subscribe(config_.pose.channel, on_pose, this);
+        subscriber_.subscribe(config_.pose.channel, on_pose, this);
     }
-    is_good = is_good && bus_.subscribe(config_.publish.query, on_query, this) &&
-              bus_.subscribe(config_.publish.request, on_request, this);
-    if (!is_good) {
-        throw std::runtime_error("liblcm refuses a subscription; check the channels' names");
+    subscriber_.subscribe(config_.publish.query, on_query, this);
+    subscriber_.subscribe(config_.publish.request, on_request, this);
+    if (const char *const problem = subscriber_.open(config_.lcm_url); problem != nullptr) {
+        throw std::runtime_error(problem);
     }
 }
 
@@ -219,7 +233,7 @@ void Daemon::receive(const std::atomic<bool> &stop)
 {
     while (!stop.load(std::memory_order_relaxed)) {
         pulse_.fetch_add(1, std::memory_order_relaxed);
-        bus_.handle(kWait_ms);
+        subscriber_.handle(kWait_ms);
         intake_.match_waiting(); // odometry comes by itself
         intake_.expire(monotonic_us());
     }
@@ -301,6 +315,7 @@ void Daemon::init_parts()
         throw std::runtime_error(std::string("map: ") + problem);
     }
     publisher_.init(config_, memory_, bus_, mapping_, counts_);
+    subscriber_.init(config_.intake.ranges_max, memory_, counts_);
     odometry_.init(config_.can.odometry);
     can_.init(config_, memory_, {&mapping_, &odometry_, &counts_});
     if (config_.can.has_odometry) {

@@ -4,6 +4,7 @@ Nothing that is sent can leave the machine: a test that cannot have its own netw
 GPOM_BUILD  build directory, default build/host-release
 GPOMD       the daemon to be tested, default that of GPOM_BUILD
 """
+import contextlib
 import ctypes
 import importlib
 import os
@@ -158,6 +159,27 @@ def start(tmp_path):
     for daemon in running:
         if daemon.process.poll() is None:
             assert daemon.stop() == 0, daemon.lines
+
+
+PTRACE_DETACH, PTRACE_SEIZE, PTRACE_INTERRUPT, WAIT_FOR_THREADS = 17, 0x4206, 0x4207, 0x40000000
+
+
+@contextlib.contextmanager
+def stalled(process, name):
+    """Hold one thread of a child process, by its name, as a debugger does."""
+    ptrace = ctypes.CDLL(None, use_errno=True).ptrace
+    ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+    tasks = pathlib.Path(f"/proc/{process.pid}/task")
+    thread, = [int(task.name) for task in tasks.iterdir()
+               if (task / "comm").read_text().strip() == name]
+    if ptrace(PTRACE_SEIZE, thread, None, None) != 0:
+        pytest.skip(f"no ptrace here: {os.strerror(ctypes.get_errno())}")
+    assert ptrace(PTRACE_INTERRUPT, thread, None, None) == 0
+    os.waitpid(thread, WAIT_FOR_THREADS)
+    try:
+        yield
+    finally:
+        assert ptrace(PTRACE_DETACH, thread, None, None) == 0
 
 
 def wait_until(watch, holds, seconds=PATIENCE_S):

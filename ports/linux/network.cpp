@@ -1,0 +1,89 @@
+#include "ports/linux/network.hpp"
+
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+
+namespace gpomd
+{
+
+namespace
+{
+
+constexpr char kMulticast[] = "udpm://";
+constexpr std::size_t kPrefix = sizeof kMulticast - 1;
+
+/// The number that an option is set to; 0: it is not there.
+long option(const char *options, const char *name)
+{
+    const std::size_t n_name = std::strlen(name);
+    for (const char *at = options; *at != '\0'; at += std::strcspn(at, "&")) {
+        ++at; // past ? or &
+        if (std::strncmp(at, name, n_name) == 0 && at[n_name] == '=') {
+            return std::strtol(at + n_name + 1, nullptr, 0);
+        }
+    }
+    return 0;
+}
+
+} // namespace
+
+bool is_multicast_url(const char *url) { return std::strncmp(url, kMulticast, kPrefix) == 0; }
+
+bool parse_network(const char *url, Network &network)
+{
+    if (!is_multicast_url(url)) {
+        return false;
+    }
+    const char *const start = url + kPrefix;
+    const std::size_t n = std::strcspn(start, ":?");
+    char address[INET_ADDRSTRLEN] = "239.255.76.67";
+    if (n >= sizeof address) {
+        return false;
+    }
+    if (n > 0) {
+        std::memcpy(address, start, n);
+        address[n] = '\0';
+    }
+    const long port = start[n] == ':' ? std::strtol(start + n + 1, nullptr, 0) : 7667;
+    network = {};
+    network.group.sin_family = AF_INET;
+    network.group.sin_port = htons(static_cast<std::uint16_t>(port));
+    const long buffer_bytes = option(start + std::strcspn(start, "?"), "recv_buf_size");
+    network.buffer_bytes = static_cast<int>(std::clamp<long>(buffer_bytes, 0, INT_MAX));
+    return port > 0 && port <= UINT16_MAX &&
+           inet_pton(AF_INET, address, &network.group.sin_addr) == 1;
+}
+
+const char *network_problem(const char *url)
+{
+    Network network;
+    if (!parse_network(url, network)) {
+        return "LCM's URL must be udpm://ADDRESS:PORT?ttl=0 with a multicast address";
+    }
+    if (!IN_MULTICAST(ntohl(network.group.sin_addr.s_addr))) {
+        return "LCM's URL: the address is not one of multicast, 224.0.0.0 to 239.255.255.255";
+    }
+    const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    const int result = fd < 0 ? -1
+                              : connect(fd, reinterpret_cast<const sockaddr *>(&network.group),
+                                        sizeof network.group);
+    const int error = errno;
+    if (fd >= 0) {
+        close(fd);
+    }
+    if (result != 0 && error == ENETUNREACH) {
+        return "there is no route for multicast; for this machine alone, run as root: "
+               "ip link set lo up && ip route add 224.0.0.0/4 dev lo";
+    }
+    return nullptr;
+}
+
+} // namespace gpomd

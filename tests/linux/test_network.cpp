@@ -1,0 +1,46 @@
+#include "ports/linux/network.hpp"
+
+#include <arpa/inet.h>
+#include <doctest/doctest.h>
+
+#include <string>
+
+namespace
+{
+
+/// "ADDRESS PORT BUFFER", or nothing if it is refused.
+std::string parsed(const char *url)
+{
+    gpomd::Network network;
+    if (!gpomd::parse_network(url, network)) {
+        return "";
+    }
+    return std::string(inet_ntoa(network.group.sin_addr)) + " " +
+           std::to_string(ntohs(network.group.sin_port)) + " " +
+           std::to_string(network.buffer_bytes);
+}
+
+} // namespace
+
+// What a URL leaves out is liblcm's own; options may stand in any order.
+TEST_CASE("URLs of UDP multicast are taken apart as liblcm does")
+{
+    CHECK(parsed("udpm://") == "239.255.76.67 7667 0");
+    CHECK(parsed("udpm://?ttl=1") == "239.255.76.67 7667 0");
+    CHECK(parsed("udpm://239.1.2.3") == "239.1.2.3 7667 0");
+    CHECK(parsed("udpm://239.1.2.3:65535?ttl=0") == "239.1.2.3 65535 0");
+    CHECK(parsed("udpm://239.1.2.3:80?recv_buf_size=5000&ttl=0") == "239.1.2.3 80 5000");
+    CHECK(parsed("udpm://:0x50?ttl=0&recv_buf_size=99999999999") == "239.255.76.67 80 2147483647");
+    CHECK(parsed("udpm://?my_recv_buf_size=5&recv_buf_size=-1") == "239.255.76.67 7667 0");
+}
+
+TEST_CASE("what is no such URL is refused")
+{
+    for (const char *const url :
+         {"", "udpm:/", "tcpq://239.1.2.3:80", "udpm://239.1.2.3:0", "udpm://239.1.2.3:65536",
+          "udpm://239.1.2.3:-1", "udpm://239.1.2.3:", "udpm://nonsense", "udpm://239.1.2.300",
+          "udpm://239.255.255.255.255.255.255"}) {
+        CAPTURE(url);
+        CHECK(parsed(url).empty());
+    }
+}
