@@ -274,6 +274,7 @@ void evaluate(const EvalOptions &options, const Trial &trial)
     Outcome outcome;
     const std::string map_frame = map_frame_path(options);
     const gpom_params_t params = read_params(options.params_path);
+    require_neighbours(options, params);
     const HostMap map = map_of(trial, params);
     outcome.methods.push_back(gp_result("gp_query", "GP, query frame", trial, map));
     if (!map_frame.empty()) {

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace gpom_tools
@@ -164,6 +165,18 @@ std::vector<DenseMoments> dense_moments(const gpom_params_t &params,
         }
     });
     return moments;
+}
+
+void require_neighbours(const EvalOptions &options, const gpom_params_t &params)
+{
+    gpom_params_t plain = plain_params(params);
+    for (const unsigned n_each : options.neighbours) {
+        plain.n_hits = plain.n_free = static_cast<std::uint16_t>(n_each);
+        const char *problem = nullptr;
+        if (gpom_params_check(&plain, &problem) != GPOM_OK) {
+            throw std::runtime_error("--neighbours " + std::to_string(n_each) + ": " + problem);
+        }
+    }
 }
 
 std::vector<NeighbourRow> check_neighbours(const EvalOptions &options, const Trial &trial,

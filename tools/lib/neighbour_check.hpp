@@ -36,6 +36,9 @@ struct NeighbourRow {
     double mean_error_max; ///< Largest difference of latent means from the dense one.
 };
 
+/// Throws in one line if the library does not take one of the numbers of neighbours.
+void require_neighbours(const EvalOptions &options, const gpom_params_t &params);
+
 /// The library with each number of neighbours against the dense solution, at the first
 /// n_dense_points test points near a beam.
 std::vector<NeighbourRow> check_neighbours(const EvalOptions &options, const Trial &trial,
