@@ -1,5 +1,7 @@
 #include "ports/linux/snapshots.hpp"
 
+#include "ports/linux/clock.hpp"
+
 #include <algorithm>
 #include <cstring>
 
@@ -119,13 +121,20 @@ bool Snapshots::step(const gpom_map_t *map, std::int64_t monotonic_us)
         return false;
     }
     if (!is_writing_) {
-        next_us_ = next_us_ == 0 ? monotonic_us + period_us_ : next_us_;
-        if (monotonic_us < next_us_ || !begin(map)) {
+        begun_us_ = begun_us_ == 0 ? monotonic_us : begun_us_;
+        if (!is_due(monotonic_us) || !begin(map)) {
             return false;
         }
-        next_us_ = monotonic_us + period_us_;
+        begun_us_ = monotonic_us;
     }
     return advance(map, kTurnBlocks);
+}
+
+/// Twice the time that the last one took is left for this one, but half of the period at most.
+bool Snapshots::is_due(std::int64_t monotonic_us) const
+{
+    const std::int64_t spare_us = std::min(2 * took_us_.load(), period_us_ / 2);
+    return monotonic_us >= begun_us_ + period_us_ - spare_us;
 }
 
 void Snapshots::finish(const gpom_map_t *map)
@@ -163,8 +172,10 @@ void Snapshots::run()
             return;
         }
         const auto slot = static_cast<std::uint32_t>(handed_slot_);
+        const std::int64_t begun_us = begun_us_; // no other begins before this one is written
         lock.unlock();
         const bool is_written = write_file(slot);
+        took_us_.store(monotonic_us() - begun_us);
         counts_->add(is_written ? GPOM_WIRE_SNAPSHOTS_WRITTEN : GPOM_WIRE_SNAPSHOTS_FAILED);
         lock.lock();
         if (!is_written) { // the image must not claim what the disk does not hold

@@ -18,7 +18,8 @@ namespace gpomd
 
 /// Both slots have an image in memory. The mapping thread writes a snapshot into an image, a few
 /// blocks at a time, and hands it over; the writing thread brings it to disk, and only then may the
-/// next one begin. So the disk, however slow, never holds the map up.
+/// next one begin. So the disk, however slow, never holds the map up. It begins early enough to be
+/// on disk when the period is over: no more than a period is lost if the power fails.
 class Snapshots {
 public:
     static std::size_t need(const Config &config);
@@ -44,6 +45,7 @@ private:
     static gpom_status_t write_image(void *snapshots, std::uint32_t slot, std::uint32_t offset,
                                      const std::uint8_t *block);
     gpom_snapshot_io_t image_io();
+    bool is_due(std::int64_t monotonic_us) const;
     bool begin(const gpom_map_t *map);
     bool advance(const gpom_map_t *map, std::uint32_t n_blocks);
     void hand_over(std::uint32_t slot);
@@ -55,8 +57,9 @@ private:
     std::uint32_t slot_bytes_ = 0;
     std::uint32_t used_bytes_ = 0; ///< Of the image being written.
     std::int64_t period_us_ = 0;
-    std::int64_t next_us_ = 0;
-    bool is_writing_ = false; ///< A snapshot is being taken.
+    std::int64_t begun_us_ = 0;            ///< When the last one was begun; 0: none yet.
+    std::atomic<std::int64_t> took_us_{0}; ///< The last one, until it was on disk.
+    bool is_writing_ = false;              ///< A snapshot is being taken.
     gpom_snapshot_t snapshot_ = {};
 
     std::mutex mutex_;
