@@ -523,8 +523,8 @@ def parse_arguments():
                         help="streets of seeds 0 to N - 1 (default: 5)")
     parser.add_argument("--points", type=int, choices=range(100, 1_000_001), default=20000,
                         metavar="N", help="test points of a street (default: 20000)")
-    parser.add_argument("--drive", type=int, choices=range(0, 10_000_001), default=20000,
-                        metavar="N", help="scans of the long drive (default: 20000)")
+    parser.add_argument("--drive", type=int, choices=range(0, 10_000_001), default=864_000,
+                        metavar="N", help="scans of the long drive (default: 864000, ten minutes)")
     parser.add_argument("--solves", metavar="FILE", type=pathlib.Path,
                         help="times of both solves by bench/speed.cpp, JSON (default: left out)")
     parser.add_argument("--odometry", type=int, choices=range(0, 101), default=10, metavar="N",
