@@ -20,7 +20,8 @@ bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at, const Ma
     const float across = lane::abs(from_x * beam.dir_y - from_y * beam.dir_x);
     const float to_go = beam.range_m - along;
     const float width = lane::min(margin.slope * to_go, margin.width * keep_m);
-    return along > 0.0f && to_go > keep_m && across < width && beam.id < map.keeper.scan_first_id;
+    const bool is_beside = along > 0.0f && along < map.index.free_part(beam).length_m;
+    return is_beside && to_go > keep_m && across < width && beam.id < map.keeper.scan_first_id;
 }
 
 /// True if the free segment of a kept beam of another scan crosses another segment, with keep_m and
@@ -40,7 +41,8 @@ bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
     const float along =
         (from_x + in_m * part.dir_x) * beam.dir_x + (from_y + in_m * part.dir_y) * beam.dir_y;
     const float to_go = beam.range_m - along;
-    return along > 0.0f && to_go > lane::max(map.config.keep_m, part.length_m) &&
+    const bool is_on = along > 0.0f && along < map.index.free_part(beam).length_m;
+    return is_on && to_go > lane::max(map.config.keep_m, part.length_m) &&
            beam.id < map.keeper.scan_first_id;
 }
 
