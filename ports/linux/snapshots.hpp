@@ -18,8 +18,8 @@ namespace gpomd
 
 /// Both slots have an image in memory. The mapping thread writes a snapshot into an image, a few
 /// blocks at a time, and hands it over; the writing thread brings it to disk, and only then may the
-/// next one begin. So the disk, however slow, never holds the map up. It begins early enough to be
-/// on disk when the period is over: no more than a period is lost if the power fails.
+/// next one begin. So the disk, however slow, never holds the map up. It begins so early that
+/// it should be on disk when the period is over; the first one after a start, a little later.
 class Snapshots {
 public:
     static std::size_t need(const Config &config);
