@@ -160,13 +160,8 @@ lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the l
 
 tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
 
-results: tools build/setup/results build/setup/bench $(BUILD)/speed ## Judge all methods: RESULTS.md
-	@mkdir -p build/bench
-	$(Q)$(BUILD)/speed --benchmark_filter=solve- --benchmark_repetitions=3 \
-	    --benchmark_report_aggregates_only=true --benchmark_min_time=0.05 \
-	    --benchmark_out=build/bench/solves.json >/dev/null
-	$(Q)$(BUILD)/gpom-results --build $(BUILD) --data $(DATA) --solves build/bench/solves.json \
-	    --out RESULTS.md
+results: tools build/setup/results bench ## Judge all methods, and their speed: RESULTS.md
+	$(Q)$(BUILD)/gpom-results --build $(BUILD) --data $(DATA) --bench build/bench --out RESULTS.md
 
 codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS= for firmware)
 

@@ -343,9 +343,9 @@ def neighbour_table(report):
     return table_text(["hits + free segments", "AUC", "NLL", "largest difference of means"], rows)
 
 
-def solve_table(path):
-    """Times of the sparse solve over the dense one's, from a run of bench/speed.cpp."""
-    run = json.loads(path.read_text(encoding="utf-8"))
+def solve_table(bench):
+    """Times of the sparse solve over the dense one's, from the folder of a `make bench`."""
+    run = json.loads((bench / "speed.json").read_text(encoding="utf-8"))
     medians = {row["run_name"]: row for row in run["benchmarks"]
                if row.get("aggregate_name") == "median"}
     rows = []
@@ -391,6 +391,13 @@ where over 5 % of the occupied points have the least probability that a clamped 
 SHARE_TITLES = {0.04: "4 %", 0.25: "25 %", 1.0: "100 % (90 % for the map)"}
 
 
+SPEED = """Medians of one run on one core: the paper's model with Matern-1/2, n points, half of them hits.
+*x brute*, *x tree*: against plain Eigen of dynamic size with brute force, and with our tree.
+*x sklearn*: against scikit-learn's solve alone. *time / nanoflann*: a whole query over nanoflann's
+search of the hits alone. *solve of peak*: part of the measured peak of multiply-adds.
+"""
+
+
 def log_sections(figures, jobs, arguments, names):
     seeds = "`$SEED` = " + ", ".join(map(str, arguments.seeds)) + "\n"
     tables = [(f"{split} {f}", f"Logs, held-out {split}, {SHARE_TITLES.get(f, f'share {f}')}")
@@ -404,7 +411,7 @@ def log_sections(figures, jobs, arguments, names):
         yield log_table(figures, table, names)
 
 
-def street_sections(figures, jobs, streets, solves):
+def street_sections(figures, jobs, streets, bench):
     for part, title in (("near", "within 5 m of a beam"), ("all", "whole area")):
         yield f"## Streets, {title}\n"
         yield commands_text([job for job in jobs if job.table == "street"])
@@ -421,9 +428,9 @@ def street_sections(figures, jobs, streets, solves):
     yield ("A covariance of compact support; up to 32 + 32 points solved dense, from 64 + 64 on "
            "sparse. 128 + 128 is\nthe row of 256 neighbours.\n")
     yield neighbour_table(figures.reports["many neighbours", "street 0", 0])
-    if solves is not None:
-        table, lanes = solve_table(solves)
-        yield "```\nspeed --benchmark_filter=solve- --benchmark_repetitions=3\n```\n"
+    if bench is not None:
+        table, lanes = solve_table(bench)
+        yield "```\nmake bench\n```\n"
         yield (f"Time of a query by the sparse solve over that by the dense one, forced, with "
                f"{lanes} queries side by\nside, on 12,000 beams of sparse streets; the sparse "
                "solve takes them one by one. Below 1 it wins.\n")
@@ -461,6 +468,15 @@ def odometry_sections(figures, jobs, n_seeds):
             [figures.reports[name, "street", seed] for seed in range(n_seeds)]))
 
 
+def speed_sections(bench):
+    if bench is None:
+        return
+    yield "## Speed beside others\n"
+    yield "```\nmake bench\n```\n"
+    yield SPEED
+    yield f"```\n{(bench / 'ratios.txt').read_text(encoding='utf-8')}```\n"
+
+
 def document(figures, jobs, arguments, logs):
     names = [log.name for log in logs]
     streets = [f"street {i}" for i in range(arguments.streets)]
@@ -474,9 +490,10 @@ def document(figures, jobs, arguments, logs):
     if names:
         parts += log_sections(figures, jobs, arguments, names)
     if streets:
-        parts += street_sections(figures, jobs, streets, arguments.solves)
+        parts += street_sections(figures, jobs, streets, arguments.bench)
     parts += live_sections(figures, jobs, arguments, names)
     parts += odometry_sections(figures, jobs, arguments.odometry)
+    parts += speed_sections(arguments.bench)
     places = [("beams 0.04", log.name, pathlib.Path(params_of(log.preset)).stem, "all")
               for log in logs if 0.04 in arguments.fractions]
     places += [("street", name, "street", "near") for name in streets]
@@ -525,8 +542,8 @@ def parse_arguments():
                         metavar="N", help="test points of a street (default: 20000)")
     parser.add_argument("--drive", type=int, choices=range(0, 10_000_001), default=864_000,
                         metavar="N", help="scans of the long drive (default: 864000, ten minutes)")
-    parser.add_argument("--solves", metavar="FILE", type=pathlib.Path,
-                        help="times of both solves by bench/speed.cpp, JSON (default: left out)")
+    parser.add_argument("--bench", metavar="DIR", type=pathlib.Path,
+                        help="what `make bench` wrote: speed.json, ratios.txt (default: left out)")
     parser.add_argument("--odometry", type=int, choices=range(0, 101), default=10, metavar="N",
                         help="drives with odometry of seeds 0 to N - 1 (default: 10)")
     parser.add_argument("--jobs", type=int, choices=range(1, 65), default=2, metavar="N",
