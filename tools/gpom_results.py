@@ -391,7 +391,7 @@ where over 5 % of the occupied points have the least probability that a clamped 
 SHARE_TITLES = {0.04: "4 %", 0.25: "25 %", 1.0: "100 % (90 % for the map)"}
 
 
-SPEED = """Medians of one run on one core: the paper's model with Matern-1/2, n points, half of them hits.
+SPEED = """Medians of one run on one core: the paper's model, Matern-1/2, n points, half hits.
 *x brute*, *x tree*: against plain Eigen of dynamic size with brute force, and with our tree.
 *x sklearn*: against scikit-learn's solve alone. *time / nanoflann*: a whole query over nanoflann's
 search of the hits alone. *solve of peak*: part of the measured peak of multiply-adds.
