@@ -58,11 +58,15 @@ template <class F> struct NearestK {
     uint32_t k;
     uint32_t n; ///< Ranks that any lane may have filled.
 
-    void clear()
+    void clear() { clear(lane::splat<F>(kNoDistance2)); }
+
+    /// Start anew and look no farther than this: the k nearest are believed to be within.
+    void clear(F d2_max)
     {
         n = 0;
         for (uint32_t j = 0; j < k; ++j) {
             best[j] = nothing_found<F>();
+            best[j].d2 = d2_max;
         }
     }
 
@@ -90,7 +94,24 @@ template <class F> struct NearestK {
     }
 
     F worst() const { return best[k - 1].d2; }
+
+    /// False if a lane was not to look any farther and has found fewer than k.
+    bool has_all() const
+    {
+        const Found<F> &last = best[k - 1];
+        return !lane::any((last.slot < 0) & (last.d2 < kNoDistance2));
+    }
 };
+
+/// The squared distance within which the k nearest are once the queries have moved, if they were
+/// within `worst` before: none is farther by more than the queries moved. Rounding may take more
+/// than the little that is added here; NearestK::has_all() tells.
+template <class F> inline F reach2_after(F worst, const Offset<F> &move)
+{
+    const F reach_m = lane::sqrt(worst) + lane::sqrt(move.distance2());
+    const F none = lane::splat<F>(kNoDistance2);
+    return lane::select(worst < none, F(1.0001f * (reach_m * reach_m)), none);
+}
 
 /// The same segment, or each lane's own.
 template <class F> struct SegmentLanes {
