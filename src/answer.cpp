@@ -110,6 +110,7 @@ unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answ
     unsigned flags = 0;
     for (int i = 0; i < work.cut->n; ++i) {
         take_one(*work.packet, *work.cut, i);
+        work.has_searched = false; // a search of its own, to be cut as alone
         const F own_offset = find_neighbours(map, work);
         flags |= answer_prepared<K>(map, work, own_offset, answers);
     }

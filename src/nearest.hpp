@@ -15,6 +15,8 @@ namespace gpom
 constexpr float kNoDistance2 = 1e29f;
 constexpr int32_t kNoId = INT32_MAX;
 
+static_assert(kLeafSize <= 32, "offer_leaf() has a bit for each beam of a leaf");
+
 /// Vectors from the queries to a point.
 template <class F> struct Offset {
     F x_m, y_m;
@@ -58,11 +60,15 @@ template <class F> struct NearestK {
     uint32_t k;
     uint32_t n; ///< Ranks that any lane may have filled.
 
-    void clear()
+    void clear() { clear(lane::splat<F>(kNoDistance2)); }
+
+    /// Start anew and look no farther than this: the k nearest are believed to be within.
+    void clear(F d2_max)
     {
         n = 0;
         for (uint32_t j = 0; j < k; ++j) {
             best[j] = nothing_found<F>();
+            best[j].d2 = d2_max;
         }
     }
 
@@ -90,7 +96,24 @@ template <class F> struct NearestK {
     }
 
     F worst() const { return best[k - 1].d2; }
+
+    /// False if a lane was not to look any farther and has found fewer than k.
+    bool has_all() const
+    {
+        const Found<F> &last = best[k - 1];
+        return !lane::any((last.slot < 0) & (last.d2 < kNoDistance2));
+    }
 };
+
+/// The squared distance within which the k nearest are once the queries have moved, if they were
+/// within `worst` before: none is farther by more than the queries moved. Rounding may take more
+/// than the little that is added here; NearestK::has_all() tells.
+template <class F> inline F reach2_after(F worst, const Offset<F> &move)
+{
+    const F reach_m = lane::sqrt(worst) + lane::sqrt(move.distance2());
+    const F none = lane::splat<F>(kNoDistance2);
+    return lane::select(worst < none, F(1.0001f * (reach_m * reach_m)), none);
+}
 
 /// The same segment, or each lane's own.
 template <class F> struct SegmentLanes {
@@ -167,18 +190,27 @@ struct Listed {
     IdRange ids; ///< Of the beams that it may mean.
 };
 
-/// Offer one part of a beam if a lane wants it, a query may see it, and its id is in range: a slot
-/// may have got another beam since it was listed.
+/// Offer one part of a beam at squared distances d2, if a query may see it and its id is in range:
+/// a slot may have got another beam since it was listed.
+template <class Part, class F>
+inline void offer_at(NearestK<F> &nearest, F d2, const Listed &listed)
+{
+    using I = lane::IntOf<F>;
+    const Beam &beam = listed.beams[listed.slot];
+    if (Part::is_seen(beam) && listed.ids.has(beam.id)) {
+        nearest.offer({d2, lane::splat_int<I>(static_cast<int32_t>(beam.id)),
+                       lane::splat_int<I>(static_cast<int32_t>(listed.slot))});
+    }
+}
+
+/// Offer one part of a beam if a lane wants it.
 template <class F, class Part>
 inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
                        const Listed &listed)
 {
-    using I = lane::IntOf<F>;
-    const Beam &beam = listed.beams[listed.slot];
-    const F d2 = distance2(at, part, beam);
-    if (lane::any(d2 <= nearest.worst()) && Part::is_seen(beam) && listed.ids.has(beam.id)) {
-        nearest.offer({d2, lane::splat_int<I>(static_cast<int32_t>(beam.id)),
-                       lane::splat_int<I>(static_cast<int32_t>(listed.slot))});
+    const F d2 = distance2(at, part, listed.beams[listed.slot]);
+    if (lane::any(d2 <= nearest.worst())) {
+        offer_at<Part>(nearest, d2, listed);
     }
 }
 
@@ -214,14 +246,33 @@ inline Prospect<F> prospect(const KdTree &tree, const Offset<F> &at, const Part 
 }
 
 /// Offer the beams of a leaf.
+///
+/// Whether any of many lanes wants a beam cannot be foreseen, and a branch for each would often be
+/// mispredicted: all distances come first, then the beams that were wanted, bit by bit.
 template <class F, class Part>
 inline void offer_leaf(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
                        const KdTree &tree, const Subtree &leaf)
 {
-    const uint32_t first = leaf.first_leaf * kLeafSize;
-    const uint32_t end = first + kLeafSize < tree.n_items ? first + kLeafSize : tree.n_items;
-    for (uint32_t i = first; i < end; ++i) {
-        offer_beam(nearest, at, part, {tree.beams, tree.slots[i], {0, tree.id_end}});
+    const Stretch slots = slots_of(tree, leaf);
+    const auto listed = [&](uint32_t i) {
+        return Listed{tree.beams, tree.slots[slots.first + i], {0, tree.id_end}};
+    };
+    if constexpr (lane::width<F> == 1) {
+        for (uint32_t i = 0; i < slots.n; ++i) {
+            offer_beam(nearest, at, part, listed(i));
+        }
+    } else {
+        F d2[kLeafSize]; // a tile of registers
+        const F worst = nearest.worst();
+        uint32_t wanted = 0;
+        for (uint32_t i = 0; i < slots.n; ++i) {
+            d2[i] = distance2(at, part, tree.beams[tree.slots[slots.first + i]]);
+            wanted |= (lane::any(d2[i] <= worst) ? 1u : 0u) << i;
+        }
+        for (; wanted != 0; wanted &= wanted - 1) {
+            const auto i = static_cast<uint32_t>(__builtin_ctz(wanted));
+            offer_at<Part>(nearest, d2[i], listed(i));
+        }
     }
 }
 

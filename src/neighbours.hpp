@@ -137,17 +137,44 @@ inline F context_offset(const gpom_params_t &params, const Workspace &work, F fa
     return offset;
 }
 
+/// Search for both kinds, each within a squared distance. Returns false if the k nearest may not
+/// have been found.
+inline bool search_within(const gpom_map &map, Workspace &work, F hits2_m2, F free2_m2)
+{
+    const Walks walks = {work.stack, map.config.walk_max};
+    const Offset<F> at = work.packet->at;
+    work.hits.clear(hits2_m2);
+    work.free.clear(free2_m2);
+    return search(work.hits, at, map.index, map.index.hit_part, walks) &
+           search(work.free, at, map.index, map.index.free_part, walks) & work.hits.has_all() &
+           work.free.has_all();
+}
+
+/// Search for both kinds. What the packet before found bounds how far to look, which saves most of
+/// what a search takes into its lists only to drop it again; should it not suffice, there is a
+/// second search without a bound. Returns false if that was cut.
+inline bool search_both(const gpom_map &map, Workspace &work)
+{
+    const Offset<F> at = work.packet->at;
+    const Offset<F> before = work.searched_at;
+    const Offset<F> move = {at.x_m - before.x_m, at.y_m - before.y_m};
+    const F none = lane::splat<F>(kNoDistance2);
+    bool is_whole =
+        work.has_searched && search_within(map, work, reach2_after(work.hits.worst(), move),
+                                           reach2_after(work.free.worst(), move));
+    if (!is_whole) {
+        is_whole = search_within(map, work, none, none);
+    }
+    work.searched_at = at;
+    work.has_searched = is_whole;
+    return is_whole;
+}
+
 /// Find, choose and prepare the neighbourhoods of a packet. Returns context_offset().
 inline F find_neighbours(const gpom_map &map, Workspace &work)
 {
     const gpom_params_t &params = map.config.params;
-    work.hits.clear();
-    work.free.clear();
-    const Walks walks = {work.stack, map.config.walk_max};
-    const Offset<F> at = work.packet->at;
-    const bool all_hits = search(work.hits, at, map.index, map.index.hit_part, walks);
-    const bool all_free = search(work.free, at, map.index, map.index.free_part, walks);
-    work.is_cut = !(all_hits && all_free);
+    work.is_cut = !search_both(map, work);
     if (params.scan_points_max > 0) {
         cap_scans(map, work.hits, params.n_hits);
         cap_scans(map, work.free, params.n_free);

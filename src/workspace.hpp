@@ -47,6 +47,8 @@ struct Workspace {
     Packet *packet;
     Packet *cut; ///< A packet whose search was cut, while its queries are answered one by one.
     bool is_cut; ///< The last search was cut.
+    bool has_searched;     ///< hits and free hold what was found for queries ...
+    Offset<F> searched_at; ///< ... here.
     ListOrder *order;
     Subtree *stack;
     NearestK<F> hits, free;

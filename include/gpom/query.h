@@ -6,8 +6,9 @@
  *
  *  Cost of one point: for B beams in the trees at most W = min(B / 8 + 1, config.walk_max) walks
  *  down each of them, in all at most B / 2 and 2 W log2 B boxes, and B and 8 W segments and hits
- *  (in practice about 100 + 20 log2 B of each; queries whose packet was cut are searched once more,
- *  each for itself), and every beam inserted since the trees were built; then n^2 / 2 covariances
+ *  (in practice about 100 + 20 log2 B of each; a search that was cut is done once more without
+ *  what its predecessor told, and queries whose packet was cut each for itself), and every beam
+ *  inserted since the trees were built; then n^2 / 2 covariances
  *  and n^3 / 6 + n^2 multiply-adds for n = n_hits + n_free, and n^2 comparisons with
  *  scan_points_max. More than GPOM_POINTS_MAX neighbours are solved sparse, in double and one query
  *  at a time: as many multiply-adds as the factor has pairs of nonzeros in a column, at worst
@@ -33,8 +34,8 @@ typedef enum { GPOM_FREE = 0, GPOM_UNSURE = 1, GPOM_OCCUPIED = 2, GPOM_UNKNOWN =
 /** The search for the point's neighbours was cut after config.walk_max walks down a tree: the
  *  answer is that of the nearest beams found until then, and there may be nearer ones. An answer
  *  without this flag is exact. A packet that is cut is searched again point by point, so that what
- *  is asked together does not show; only where a packet needed less than a point of it would alone
- *  is the answer exact here and cut there. */
+ *  is asked together does not show; only where a packet, which knows what the one before it found,
+ *  needed less than a point of it would alone is the answer exact here and cut there. */
 #define GPOM_ANSWER_CUT 4u
 
 /** What the map says of one point. Never a NaN. */

@@ -203,7 +203,26 @@ std::vector<Ranked> brute_force(const std::vector<gpom::Beam> &beams, Xy q, cons
     return all;
 }
 
-/// Search for W queries at once and compare with their brute-force rankings.
+/// The k nearest of each lane are the first k of its brute-force ranking.
+template <int W>
+bool are_first(const gpom::NearestK<Lanes<W>> &nearest, const std::vector<Ranked> *truth)
+{
+    bool is_same = true;
+    for (int i = 0; i < W; ++i) {
+        for (std::uint32_t j = 0; j < nearest.k; ++j) {
+            const bool exists = j < truth[i].size();
+            const gpom::Found<Lanes<W>> &got = nearest.best[j];
+            is_same = is_same &&
+                      gpom::lane::get(got.id, i) == (exists ? truth[i][j].id : gpom::kNoId) &&
+                      (gpom::lane::get(got.slot, i) >= 0) == exists &&
+                      (!exists || same_bits(gpom::lane::get(got.d2, i), truth[i][j].d2));
+        }
+    }
+    return is_same;
+}
+
+/// Search for W queries at once and compare with their brute-force rankings: without a bound, with
+/// that of the queries before, with the closest one, and with one that is too close.
 template <int W, class Part>
 void check_search(const Tree &tree, const Part &part, std::uint32_t k,
                   const std::vector<Xy> &queries, const std::vector<std::vector<Ranked>> &truth)
@@ -211,6 +230,9 @@ void check_search(const Tree &tree, const Part &part, std::uint32_t k,
     using F = Lanes<W>;
     static gpom::Found<F> best[32];
     Subtree stack[gpom::kDepthMax];
+    gpom::NearestK<F> nearest = {best, k, 0};
+    gpom::Offset<F> before = {};
+    F worst = gpom::lane::splat<F>(gpom::kNoDistance2);
     for (std::size_t first = 0; first + W <= queries.size(); first += W) {
         gpom::Offset<F> at = {};
         for (int i = 0; i < W; ++i) {
@@ -218,21 +240,22 @@ void check_search(const Tree &tree, const Part &part, std::uint32_t k,
             gpom::lane::set(at.x_m, i, static_cast<float>(q.x));
             gpom::lane::set(at.y_m, i, static_cast<float>(q.y));
         }
-        gpom::NearestK<F> nearest = {best, k, 0};
-        nearest.clear();
-        gpom::search_tree(nearest, at, part, tree.tree, stack);
-        bool is_same = true;
-        for (int i = 0; i < W; ++i) {
-            const std::vector<Ranked> &ranked = truth[first + static_cast<std::size_t>(i)];
-            for (std::uint32_t j = 0; j < k; ++j) {
-                const bool exists = j < ranked.size();
-                const std::int32_t got = gpom::lane::get(best[j].id, i);
-                is_same = is_same && got == (exists ? ranked[j].id : gpom::kNoId) &&
-                          (gpom::lane::get(best[j].slot, i) >= 0) == exists &&
-                          (!exists || same_bits(gpom::lane::get(best[j].d2, i), ranked[j].d2));
-            }
+        const auto search_within = [&](F d2_max) {
+            nearest.clear(d2_max);
+            gpom::search_tree(nearest, at, part, tree.tree, stack);
+            return nearest.has_all();
+        };
+        const gpom::Offset<F> move = {at.x_m - before.x_m, at.y_m - before.y_m};
+        if (search_within(gpom::reach2_after(worst, move))) {
+            REQUIRE(are_first<W>(nearest, &truth[first]));
         }
-        REQUIRE(is_same);
+        REQUIRE(search_within(gpom::lane::splat<F>(gpom::kNoDistance2)));
+        REQUIRE(are_first<W>(nearest, &truth[first]));
+        worst = nearest.worst();
+        before = at;
+        REQUIRE(search_within(worst));
+        REQUIRE(are_first<W>(nearest, &truth[first]));
+        REQUIRE(search_within(0.999f * worst) != gpom::lane::any(worst > 0.0f));
     }
 }
 
