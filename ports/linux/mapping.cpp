@@ -124,7 +124,6 @@ void MapThread::insert(const ScanSlot &slot)
 
 void MapThread::note_inserted(const ScanSlot &slot)
 {
-    links_.counts->add(GPOM_WIRE_SCANS_INSERTED);
     gpom_stats_t stats = {};
     const bool has_stats = gpom_map_stats(map_, &stats) == GPOM_OK;
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -139,6 +138,7 @@ void MapThread::note_inserted(const ScanSlot &slot)
     if (has_stats) {
         state_.stats = stats;
     }
+    links_.counts->add(GPOM_WIRE_SCANS_INSERTED); // last: who sees it counted finds it in the state
 }
 
 MapState MapThread::state(bool reset_lag_max)
