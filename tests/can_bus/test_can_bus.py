@@ -9,8 +9,8 @@ import threading
 import time
 
 import pytest
-from conftest import (DBC, PATIENCE_S, ROOT, SENSOR, add_vcan, can_text, counts_of, link, motion, now_us,
-                      peers, rise, wait_for_rise)
+from conftest import (DBC, PATIENCE_S, ROOT, SENSOR, add_vcan, can_text, counts_of, link, motion,
+                      now_us, peers, rise, wait_for_rise)
 
 CAN_ERR_BUSOFF, CAN_ERR_CRTL, CAN_ERR_RESTARTED = 0x40, 0x04, 0x100
 STALE_S = 1.0
