@@ -185,7 +185,9 @@ struct ScanContext {
     uint16_t scan;            ///< Number of the scan, modulo 2^16.
 };
 
-/// Variance of the place of a beam's end, summed over x and y [m2].
+/// Variance of the place of a beam's end across a surface there [m2]: the range's, and of the
+/// pose's, carried to the end, the mean over all directions, half of the sum over x and y. Along a
+/// surface, which way it runs is not known, an error changes nothing.
 float end_variance(const ScanContext &context, const Beam &beam)
 {
     float var_m2 = context.sensor.range_var_m2;
@@ -193,7 +195,7 @@ float end_variance(const ScanContext &context, const Beam &beam)
         using RowMajor = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
         const Eigen::Matrix3f cov = Eigen::Map<const RowMajor>(context.pose_cov);
         const Eigen::Vector2f direction(beam.dir_x, beam.dir_y);
-        var_m2 += gpom::position_variance(cov, context.lever_m + beam.range_m * direction);
+        var_m2 += 0.5f * gpom::position_variance(cov, context.lever_m + beam.range_m * direction);
     }
     return gpom::lane::max(var_m2, 0.0f); // rounding may take it below 0
 }

@@ -299,7 +299,7 @@ TEST_CASE("an unsure beam clears nothing")
     for (const double sd_m : {1.9 * kKeep_m, 2.1 * kKeep_m}) {
         for (const bool is_of_pose : {false, true}) {
             const auto var_m2 = static_cast<float>(sd_m * sd_m);
-            const float cov[9] = {0.0f, 0.0f, 0.0f, 0.0f, var_m2, 0.0f, 0.0f, 0.0f, 0.0f};
+            const float cov[9] = {var_m2, 0.0f, 0.0f, 0.0f, var_m2, 0.0f, 0.0f, 0.0f, 0.0f};
             const bool is_unsure = sd_m > 2.0 * kKeep_m;
             Keeping k(keep_config(2));
             k.see(look({0, 0}, 0.0, 5.0, 0));
