@@ -200,7 +200,7 @@ test-all: $(if $(SKIP_BASE),,test-programs)
 test-all: build/setup/lint build/setup/install build/setup/can linux-tests can-tests fuzzers
 test-all: count-queries test-firmware-programs ## Run `test`, firmware, CAN, install, fuzz, lint
 	$(Q)$(MAKE) CONFIG=sanitize build/host-sanitize/gpomd build/host-sanitize/linux_tests
-	$(Q)$(MAKE) CONFIG=thread tsan
+	$(Q)$(MAKE) CONFIG=thread tsan build/host-thread/gpomd
 	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 

@@ -58,7 +58,7 @@ struct Keeper {
 constexpr uint32_t provisional_capacity(uint32_t beam_max) { return beam_max / 16 + 8; }
 
 /// Take a new beam of the current scan into consideration; it is settled with its group.
-/// sure: its place is known to a fraction of keep_m.
+/// sure: its place is known well enough to speak against others.
 void consider(gpom_map &map, const Beam &beam, bool sure);
 
 /// Settle the beams that still wait.

@@ -17,9 +17,10 @@ constexpr double kAngleMax_rad = 1e6;
 /// Greatest variance of a pose [m2, rad2]: what it is carried to stays finite.
 constexpr float kVarianceMax = 1e12f;
 
-/// The end of a beam is known well enough to speak against others if its standard deviation is at
-/// most this share of keep_m.
-constexpr float kSureShare = 0.25f;
+/// A beam speaks against others if the standard deviation of its end is at most this many times
+/// keep_m. Errors of poses last: those of one drive are mostly common to a beam and to the hits it
+/// meets, so that it need not be known to a part of keep_m (DESIGN.md, 3).
+constexpr float kSureSpacings = 2.0f;
 
 /// The bits that stand for the nth time: on a circle of circumference 2^32, the sector in which the
 /// nth step of 2^32 / golden ratio ends. They differ between any two times up to 33
@@ -184,7 +185,9 @@ struct ScanContext {
     uint16_t scan;            ///< Number of the scan, modulo 2^16.
 };
 
-/// Variance of the place of a beam's end, summed over x and y [m2].
+/// Variance of the place of a beam's end across a surface there [m2]: the range's, and of the
+/// pose's, carried to the end, the mean over all directions, half of the sum over x and y. Along a
+/// surface, which way it runs is not known, an error changes nothing.
 float end_variance(const ScanContext &context, const Beam &beam)
 {
     float var_m2 = context.sensor.range_var_m2;
@@ -192,7 +195,7 @@ float end_variance(const ScanContext &context, const Beam &beam)
         using RowMajor = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
         const Eigen::Matrix3f cov = Eigen::Map<const RowMajor>(context.pose_cov);
         const Eigen::Vector2f direction(beam.dir_x, beam.dir_y);
-        var_m2 += gpom::position_variance(cov, context.lever_m + beam.range_m * direction);
+        var_m2 += 0.5f * gpom::position_variance(cov, context.lever_m + beam.range_m * direction);
     }
     return gpom::lane::max(var_m2, 0.0f); // rounding may take it below 0
 }
@@ -243,7 +246,7 @@ void insert_beam(gpom_map &map, const ScanContext &context, float range_m, doubl
     if (count_unusable(map.stats, context.sensor, range_m, bearing_rad)) {
         return;
     }
-    const float sure_m = kSureShare * map.config.keep_m;
+    const float sure_m = kSureSpacings * map.config.keep_m;
     Beam beam = beam_of(map, context, range_m, bearing_rad);
     const float var_m2 = end_variance(context, beam);
     beam.excess = excess_of(map, var_m2);

@@ -36,6 +36,7 @@ FUZZ_RUNS = 100_000
 
 HOST = "build/host-release"
 SANITIZE = "build/host-sanitize"
+THREAD = "build/host-thread"
 HEADER_CHECKS = {
     "C99": "cc -std=c99 -pedantic-errors -Wall -Wextra -Werror -x c",
     "C++17": "c++ -std=c++17 -pedantic-errors -Wall -Wextra -Werror -x c++",
@@ -227,7 +228,9 @@ def run_can(results):
 
 def run_tsan(results):
     run_check(results, "tsan: copies beside the mapping thread are ordered and whole",
-              ["build/host-thread/tsan_tests"], show=True)
+              [f"{THREAD}/tsan_tests"], show=True)
+    run_pytest(results, "tsan-gpomd", "tests/linux/test_threads.py",
+               [*as_root(), "env", f"GPOMD={THREAD}/gpomd"])
 
 
 def run_endian(results):

@@ -67,7 +67,8 @@ struct Row {
 };
 
 const Row kRows[] = {
-    {"every", "every scan has one", Between::every_has_one, true},
+    {"every", "every scan has one, weighed", Between::every_has_one, true},
+    {"every_unweighed", "every scan has one, not weighed", Between::every_has_one, false},
     {"weighed", "odometry between, weighed", Between::odometry, true},
     {"unweighed", "odometry between, not weighed", Between::odometry, false},
     {"plain_weighed", "odometry, errors not learnt, weighed", Between::plain_odometry, true},

@@ -153,9 +153,9 @@ def live_jobs(arguments, logs):
     if arguments.drive > 0:
         jobs.append(Job("drive", "town", 0, live_section.drive_words(arguments.drive),
                         tool="gpom-live"))
-    return jobs + [Job(f"odometry {range_m}", "street", seed, odometry_section.words(range_m, seed),
-                       tool="gpom-odometry")
-                   for range_m in odometry_section.RANGES_M for seed in range(arguments.odometry)]
+    return jobs + [Job(odometry_section.name(*drive), "street", seed,
+                       odometry_section.words(*drive, seed), tool="gpom-odometry")
+                   for drive in odometry_section.DRIVES for seed in range(arguments.odometry)]
 
 
 class Runner:
@@ -460,8 +460,8 @@ def odometry_sections(figures, jobs, n_seeds):
         return
     yield "## Odometry between poses\n"
     yield odometry_section.TEXT
-    for range_m in odometry_section.RANGES_M:
-        name = f"odometry {range_m}"
+    for drive in odometry_section.DRIVES:
+        name = odometry_section.name(*drive)
         yield commands_text([job for job in jobs if job.table == name],
                             f"`$SEED` = 0 to {n_seeds - 1}\n")
         yield table_text(*odometry_section.table(
@@ -566,10 +566,9 @@ def make_results(arguments):
     for log in LOGS:
         if log not in logs:
             print(f"gpom-results: {log.name} left out: no {arguments.data / log.name}.log.gz")
-    jobs = all_jobs(arguments, logs)
+    jobs = all_jobs(arguments, logs) + live_jobs(arguments, logs)
     if not jobs:
-        raise ResultsError("nothing to judge: no logs and no streets")
-    jobs += live_jobs(arguments, logs)
+        raise ResultsError("nothing to judge: no logs, no streets and no drives")
     with tempfile.TemporaryDirectory(prefix="gpom-results-") as folder:
         runner = Runner(arguments.build, arguments.data, pathlib.Path(folder))
         reports = run_jobs(runner, jobs, arguments.streets, arguments.jobs)

@@ -72,9 +72,10 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *  gpom_stats_t and ignored. A full map never refuses: less useful beams make room, or the new ones
  *  that are worth no more stay out; both are counted (beams_evicted, beams_redundant).
  *
- *  Position uncertainty at the hit (pose covariance and range variance) raises the noise of the
- *  beam's points: with standard deviation d and rho the prior correlation over the distance d,
- *  y = f(x) + e seen at an unsure place has noise (sn2 + (1 - rho^2) k(x, x)) / rho^2.
+ *  Position uncertainty at the hit raises the noise of the beam's points: with standard deviation d
+ *  and rho the prior correlation over the distance d, y = f(x) + e seen at an unsure place has
+ *  noise (sn2 + (1 - rho^2) k(x, x)) / rho^2. d^2 is the range variance plus the pose covariance
+ *  carried to the hit, as the mean over directions: half of its sum over x and y.
  *
  *  Errors  GPOM_ERR_ARG    null, or a field of sensor or scan out of range; map unchanged.
  *          GPOM_ERR_ARG    pose not finite or covariance not valid; counted, map unchanged.

@@ -331,11 +331,13 @@ void Daemon::restore()
 {
     gpom_snapshot_report_t report = {};
     if (mapping_.restore(report)) {
-        char text[120];
+        const std::int64_t stamp_us = mapping_.state().stamp_us;
+        char text[160];
         std::snprintf(text, sizeof text,
-                      "restored %u beams from snapshot %llu, the newest %.3f s old", report.n_beams,
-                      static_cast<unsigned long long>(report.sequence),
-                      1e-6 * static_cast<double>(wall_us() - mapping_.state().stamp_us));
+                      "restored %u beams from snapshot %llu, its newest scan of %.3f s, %.3f s old",
+                      report.n_beams, static_cast<unsigned long long>(report.sequence),
+                      1e-6 * static_cast<double>(stamp_us),
+                      1e-6 * static_cast<double>(wall_us() - stamp_us));
         log(std::string(text) +
             (report.params_differ != 0 ? ", taken with other hyperparameters" : "") +
             (report.n_dropped > 0 ? "; " + std::to_string(report.n_dropped) + " did not fit" : ""));

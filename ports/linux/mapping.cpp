@@ -49,7 +49,8 @@ void MapThread::run(const std::atomic<bool> &stop)
         pulse_.fetch_add(1, std::memory_order_relaxed);
         std::uint32_t i_slot = 0;
         const bool is_busy = links_.snapshots->step(map_, monotonic_us()) || !is_done;
-        if (links_.scans->ready.pop(i_slot, is_busy ? 0 : kSleep_us)) {
+        const std::int64_t wait_us = std::min(kSleep_us, links_.snapshots->wait_us(monotonic_us()));
+        if (links_.scans->ready.pop(i_slot, is_busy ? 0 : wait_us)) {
             insert(links_.scans->slot(i_slot));
             links_.scans->free.push(i_slot);
             is_done = !step();
@@ -124,7 +125,6 @@ void MapThread::insert(const ScanSlot &slot)
 
 void MapThread::note_inserted(const ScanSlot &slot)
 {
-    links_.counts->add(GPOM_WIRE_SCANS_INSERTED);
     gpom_stats_t stats = {};
     const bool has_stats = gpom_map_stats(map_, &stats) == GPOM_OK;
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -139,6 +139,7 @@ void MapThread::note_inserted(const ScanSlot &slot)
     if (has_stats) {
         state_.stats = stats;
     }
+    links_.counts->add(GPOM_WIRE_SCANS_INSERTED); // last: who sees it counted finds it in the state
 }
 
 MapState MapThread::state(bool reset_lag_max)

@@ -134,16 +134,7 @@ bool Odometry::newest(std::int64_t &stamp_us) const
 
 std::size_t Odometry::first_not_before(std::int64_t stamp_us) const
 {
-    std::size_t low = 0, high = n_;
-    while (low < high) {
-        const std::size_t middle = (low + high) / 2;
-        if (nth(middle).stamp_us < stamp_us) {
-            low = middle + 1;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
+    return first_stamp_not_before(stamp_us, n_, [this](std::size_t i) { return nth(i).stamp_us; });
 }
 
 /// Motion at a time not after sample i_after and, unless it is that sample's, after the one before.

@@ -31,17 +31,7 @@ bool PoseRing::push(const StampedPose &pose)
 
 std::size_t PoseRing::first_not_before(std::int64_t stamp_us) const
 {
-    std::size_t low = 0; // it is in low .. high
-    std::size_t high = n_;
-    while (low < high) {
-        const std::size_t middle = (low + high) / 2;
-        if (nth(middle).stamp_us < stamp_us) {
-            low = middle + 1;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
+    return first_stamp_not_before(stamp_us, n_, [this](std::size_t i) { return nth(i).stamp_us; });
 }
 
 bool PoseRing::not_after(std::int64_t stamp_us, StampedPose &pose) const

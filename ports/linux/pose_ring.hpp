@@ -23,6 +23,23 @@ enum class PoseMatch : std::uint8_t {
     gap      ///< The poses before and after are too far apart in time.
 };
 
+/// Index of the first of n stamps, in their order, that is not before a time; n: all are before it.
+template <class StampAt>
+std::size_t first_stamp_not_before(std::int64_t stamp_us, std::size_t n, const StampAt &stamp_at)
+{
+    std::size_t low = 0; // it is in low .. high
+    std::size_t high = n;
+    while (low < high) {
+        const std::size_t middle = (low + high) / 2;
+        if (stamp_at(middle) < stamp_us) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
 /// A bounded ring of poses in the order of their stamps.
 class PoseRing {
 public:

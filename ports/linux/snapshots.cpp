@@ -16,10 +16,20 @@ constexpr std::uint32_t kBlock = GPOM_SNAPSHOT_BLOCK_BYTES;
 /// Blocks taken in one turn of the mapping thread: 416 beams.
 constexpr std::uint32_t kTurnBlocks = 32;
 
+/// Least sleep while a snapshot is due and the disk is not done with the one before.
+constexpr std::int64_t kRetry_us = 1000;
+
 /// Blocks in one call where nobody waits.
 constexpr std::uint32_t kManyBlocks = 1u << 16;
 
 } // namespace
+
+void SnapshotPace::note(std::int64_t took_us)
+{
+    took_us_[n_++ % kLast] = took_us;
+    const std::int64_t longest_us = *std::max_element(took_us_, took_us_ + kLast);
+    spare_us_.store(std::min(2 * longest_us, period_us_ / 2));
+}
 
 std::size_t Snapshots::need(const Config &config)
 {
@@ -33,7 +43,7 @@ void Snapshots::init(const Config &config, Memory &memory, const gpom_snapshot_i
 {
     counts_ = &counts;
     file_ = file;
-    period_us_ = config.snapshot_period_us;
+    pace_.init(config.snapshot_period_us);
     slot_bytes_ = GPOM_SNAPSHOT_SLOT_BYTES(config.map.beam_max);
     for (std::uint32_t slot = 0; slot < 2; ++slot) {
         image_[slot] = memory.take<std::uint8_t>(slot_bytes_);
@@ -121,20 +131,21 @@ bool Snapshots::step(const gpom_map_t *map, std::int64_t monotonic_us)
         return false;
     }
     if (!is_writing_) {
-        begun_us_ = begun_us_ == 0 ? monotonic_us : begun_us_;
-        if (!is_due(monotonic_us) || !begin(map)) {
+        if (!has_turned_) {
+            has_turned_ = true;
+            pace_.begin(monotonic_us);
+        }
+        if (monotonic_us < pace_.due_us() || !begin(map)) {
             return false;
         }
-        begun_us_ = monotonic_us;
+        pace_.begin(monotonic_us);
     }
     return advance(map, kTurnBlocks);
 }
 
-/// Twice the time that the last one took is left for this one, but half of the period at most.
-bool Snapshots::is_due(std::int64_t monotonic_us) const
+std::int64_t Snapshots::wait_us(std::int64_t monotonic_us) const
 {
-    const std::int64_t spare_us = std::min(2 * took_us_.load(), period_us_ / 2);
-    return monotonic_us >= begun_us_ + period_us_ - spare_us;
+    return is_used() ? std::max(pace_.due_us() - monotonic_us, kRetry_us) : INT64_MAX;
 }
 
 void Snapshots::finish(const gpom_map_t *map)
@@ -172,10 +183,10 @@ void Snapshots::run()
             return;
         }
         const auto slot = static_cast<std::uint32_t>(handed_slot_);
-        const std::int64_t begun_us = begun_us_; // no other begins before this one is written
+        const std::int64_t begun_us = pace_.begun_us(); // no other begins until this is written
         lock.unlock();
         const bool is_written = write_file(slot);
-        took_us_.store(monotonic_us() - begun_us);
+        pace_.note(monotonic_us() - begun_us);
         counts_->add(is_written ? GPOM_WIRE_SNAPSHOTS_WRITTEN : GPOM_WIRE_SNAPSHOTS_FAILED);
         lock.lock();
         if (!is_written) { // the image must not claim what the disk does not hold

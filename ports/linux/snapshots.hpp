@@ -16,10 +16,33 @@
 namespace gpomd
 {
 
+/// When a snapshot is to begin so that it is on disk a period after the last one was begun: then no
+/// kill loses more than a period. Twice as long as any of the last ones took is left for it, half a
+/// period at most, and half a period as long as none is known. One thread begins snapshots, another
+/// one tells how long they took.
+class SnapshotPace {
+public:
+    void init(std::int64_t period_us) { spare_us_ = (period_us_ = period_us) / 2; }
+    /// The last one was begun, or there was nothing yet to begin with.
+    void begin(std::int64_t now_us) { begun_us_ = now_us; }
+    std::int64_t begun_us() const { return begun_us_; }
+    std::int64_t due_us() const { return begun_us_ + period_us_ - spare_us_.load(); }
+    /// A snapshot took so long, from its beginning until it was on disk.
+    void note(std::int64_t took_us);
+
+private:
+    static constexpr std::size_t kLast = 8;
+
+    std::int64_t period_us_ = 0;
+    std::int64_t begun_us_ = 0;
+    std::atomic<std::int64_t> spare_us_{0};
+    std::int64_t took_us_[kLast] = {}; ///< Of the last ones.
+    std::size_t n_ = 0;                ///< That were noted.
+};
+
 /// Both slots have an image in memory. The mapping thread writes a snapshot into an image, a few
 /// blocks at a time, and hands it over; the writing thread brings it to disk, and only then may the
-/// next one begin. So the disk, however slow, never holds the map up. It begins so early that
-/// it should be on disk when the period is over; the first one after a start, a little later.
+/// next one begin. So the disk, however slow, never holds the map up.
 class Snapshots {
 public:
     static std::size_t need(const Config &config);
@@ -32,6 +55,8 @@ public:
 
     /// The mapping thread, every turn: begin when it is time, go on by a few blocks. True: go on.
     bool step(const gpom_map_t *map, std::int64_t monotonic_us);
+    /// How long the mapping thread may sleep before its next turn with step() [us].
+    std::int64_t wait_us(std::int64_t monotonic_us) const;
     /// The mapping thread, at the end: a last snapshot, whole. Waits for the disk.
     void finish(const gpom_map_t *map);
 
@@ -45,7 +70,6 @@ private:
     static gpom_status_t write_image(void *snapshots, std::uint32_t slot, std::uint32_t offset,
                                      const std::uint8_t *block);
     gpom_snapshot_io_t image_io();
-    bool is_due(std::int64_t monotonic_us) const;
     bool begin(const gpom_map_t *map);
     bool advance(const gpom_map_t *map, std::uint32_t n_blocks);
     void hand_over(std::uint32_t slot);
@@ -56,10 +80,9 @@ private:
     std::uint8_t *image_[2] = {};
     std::uint32_t slot_bytes_ = 0;
     std::uint32_t used_bytes_ = 0; ///< Of the image being written.
-    std::int64_t period_us_ = 0;
-    std::int64_t begun_us_ = 0;            ///< When the last one was begun; 0: none yet.
-    std::atomic<std::int64_t> took_us_{0}; ///< The last one, until it was on disk.
-    bool is_writing_ = false;              ///< A snapshot is being taken.
+    SnapshotPace pace_;
+    bool has_turned_ = false; ///< step() was called: the pace runs.
+    bool is_writing_ = false; ///< A snapshot is being taken.
     gpom_snapshot_t snapshot_ = {};
 
     std::mutex mutex_;

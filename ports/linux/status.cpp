@@ -17,7 +17,8 @@ void StatusSender::send(bool is_stopping)
 {
     const std::int64_t now_us = monotonic_us();
     const std::int64_t span_us = std::max<std::int64_t>(now_us - last_us_, 1);
-    const MapState state = mapping_.state(true);
+    const std::int64_t n_inserted = counts_[GPOM_WIRE_SCANS_INSERTED];
+    const MapState state = mapping_.state(true); // later: all that are counted are in it
     gpom_lowres_info_t info = {};
     const bool has_info = gpom_lowres_info(mapping_.map(), GPOM_LAYER_COARSE, &info) == GPOM_OK;
     add_map_counts(state.stats);
@@ -44,6 +45,7 @@ void StatusSender::send(bool is_stopping)
     for (std::size_t i = 0; i < GPOM_WIRE_COUNTS; ++i) {
         status.counts[i] = last_counts_[i] = counts_[i];
     }
+    status.counts[GPOM_WIRE_SCANS_INSERTED] = n_inserted;
     last_us_ = now_us;
     std::uint8_t bytes[GPOM_WIRE_STATUS_BYTES];
     const std::size_t n_bytes = gpom_wire_status_encode(&status, bytes, sizeof bytes);

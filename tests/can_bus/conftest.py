@@ -33,7 +33,7 @@ from gpom_watch import Watch  # noqa: E402  the path is lcm_peers'
 
 peer, start = peers.peer, peers.start  # fixtures
 DBC = cantools.database.load_file(ROOT / "ports" / "can" / "gpom.dbc")
-PATIENCE_S = 30
+PATIENCE_S = peers.PATIENCE_S
 N_BEAMS = 61
 
 # What a vehicle sends: speed and yaw rate, protected, Intel and Motorola in one frame.
@@ -225,11 +225,8 @@ def world(peer, watch):
 
 
 def counts_of(watch):
-    """Counters of the next status."""
-    sequence = watch.status["sequence"] if watch.status else -1
-    assert watch.collect(PATIENCE_S, lambda: watch.status is not None and
-                         watch.status["sequence"] > sequence + 1), "no status"
-    return watch.status["counts"]
+    """Counters of a status that was sent from now on."""
+    return peers.fresh_status(watch)["counts"]
 
 
 def rise(watch, before):

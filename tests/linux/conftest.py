@@ -23,7 +23,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tools")]
 BUILD = (ROOT / os.environ.get("GPOM_BUILD", "build/host-release")).resolve()
 CLONE_NEWNET = 0x40000000
 URL = "udpm://239.255.76.67:7667?ttl=0"
-PATIENCE_S = 20
+PATIENCE_S = 60  # what is waited for comes far sooner, but on a machine with much else to do
 T0_US = 1_000_000_000  # stamp of the first scan of a test's own
 N_BEAMS = 31
 
@@ -58,7 +58,7 @@ def tool(name):
 
 def run(name, *arguments, **more):
     return subprocess.run([tool(name), *map(str, arguments)], capture_output=True, text=True,
-                          timeout=60, check=False, **more)
+                          timeout=2 * PATIENCE_S, check=False, **more)
 
 
 @pytest.fixture(scope="session")
@@ -193,6 +193,13 @@ def wait_for_status(watch, **counts):
         return watch.status is not None and all(
             watch.status["counts"][name] == n for name, n in counts.items())
     wait_until(watch, holds)
+    return watch.status
+
+
+def fresh_status(watch):
+    """A status that was sent from now on, whatever older ones are still queued."""
+    now_us = 1e6 * time.time()
+    wait_until(watch, lambda: watch.status is not None and watch.status["stamp_us"] > now_us)
     return watch.status
 
 

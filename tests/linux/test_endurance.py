@@ -5,6 +5,7 @@ GPOM_KILLS    times that the daemon is killed, default 8 (the soak: 200)
 What depends on the machine's speed is printed, not judged: pytest -s shows it.
 """
 import os
+import pathlib
 import random
 import re
 import signal
@@ -12,7 +13,7 @@ import subprocess
 import time
 
 import numpy as np
-from conftest import ROOT, URL, run, tool, wait_until
+from conftest import ROOT, URL, fresh_status, run, tool, wait_until
 from gpom_watch import Watch
 
 SOAK_S = float(os.environ.get("GPOM_SOAK_S") or 6)
@@ -68,9 +69,16 @@ def processor_seconds(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def waited_seconds(pid):
+    """How long the thread that waited most was ready to run but had no processor."""
+    tasks = pathlib.Path(f"/proc/{pid}/task")
+    return max(int((task / "schedstat").read_text().split()[1]) for task in tasks.iterdir()) / 1e9
+
+
 def test_no_scan_is_lost_at_200_a_second_on_one_processor(start, tmp_path):
     """360 beams each, and memory stays flat. As shipped, but with a queue of 2.5 s: what else runs
-    on this machine may hold the daemon up for longer than the 0.3 s of the default."""
+    on this machine may hold the daemon up for longer than the 0.3 s of the default. Where it takes
+    a tenth of the processor from the daemon, scans may be dropped, but each is accounted for."""
     *others, own = sorted(os.sched_getaffinity(0))
     text = SHIPPED.read_text().replace("../..", str(ROOT))
     for key, value in (("# [intake]", "[intake]"), ("# queue_scans = 64", "queue_scans = 512")):
@@ -82,68 +90,109 @@ def test_no_scan_is_lost_at_200_a_second_on_one_processor(start, tmp_path):
     with Sender(tmp_path, SCANS_HZ, N_BEAMS, on_processor(others[0]) if others else ()):
         wait_until(watch, lambda: watch.status and watch.status["counts"]["scans_inserted"] > 400)
         del ages.arrivals[:]
-        used_s, began_s = processor_seconds(daemon.process.pid), time.monotonic()
+        pid = daemon.process.pid
+        used_s, waited_s, began_s = processor_seconds(pid), waited_seconds(pid), time.monotonic()
         first = watch.status
         while (passed_s := time.monotonic() - began_s) < SOAK_S:
             watch.collect(min(1.0, SOAK_S - passed_s))
             states.append(watch.status)
-        used_s = processor_seconds(daemon.process.pid) - used_s
+        used_s, waited_s = processor_seconds(pid) - used_s, waited_seconds(pid) - waited_s
         p50, p99, most = ages.percentiles(50, 99, 100)
-    watch.collect(1.5)
+    watch.collect(1.5)  # what was on its way when the sender ended
+
+    def is_every_scan_accounted_for():
+        counts = fresh_status(watch)["counts"]
+        return counts["scans_received"] == counts["scans_inserted"] + counts["scans_overrun"]
+    wait_until(watch, is_every_scan_accounted_for)
     counts, last = watch.status["counts"], states[-1]
     n_scans = last["counts"]["scans_inserted"] - first["counts"]["scans_inserted"]
     hz = 1e6 * n_scans / (last["stamp_us"] - first["stamp_us"])
     grown = max(state["process_bytes"] for state in states) - first["process_bytes"]
     lags = [state["scan_lag_max_s"] for state in states]
     print(f"\n{passed_s:.0f} s, {counts['scans_inserted']} scans of {N_BEAMS} beams, {hz:.1f} a "
-          f"second; {100 * used_s / passed_s:.0f} % of one processor\n"
+          f"second; {100 * used_s / passed_s:.0f} % of one processor, waited for it for "
+          f"{100 * waited_s / passed_s:.1f} % of the time\n"
           f"map age: median {1e3 * p50:.0f} ms, 99 % {1e3 * p99:.0f} ms, most {1e3 * most:.0f} ms; "
           f"insertion at most {1e3 * max(lags):.0f} ms after the stamp\n"
           f"memory: {first['process_bytes'] / 1e6:.1f} MB, grown by {grown} bytes; "
           f"load {os.getloadavg()[0]:.1f}\n"
           f"lost on the way {counts['scans_lost']}, overrun {counts['scans_overrun']}")
-    assert counts["scans_overrun"] == 0
-    assert counts["scans_received"] == counts["scans_inserted"]
-    assert counts["scans_lost"] < 0.01 * counts["scans_received"]  # where it gets no processor
+    assert counts["scans_overrun"] + counts["scans_lost"] == 0 or waited_s > 0.1 * passed_s
     assert grown < 100_000  # first uses of stacks
 
 
 def restored(daemon):
-    """(beams, sequence, age [s]) of the snapshot that a daemon said it restored."""
-    found = re.search(r"restored (\d+) beams from snapshot (\d+), the newest ([\d.]+) s",
+    """(beams, sequence, stamp of the newest scan [s]) of what a daemon said it restored."""
+    found = re.search(r"restored (\d+) beams from snapshot (\d+), its newest scan of ([\d.]+) s",
                       "".join(daemon.lines))
     assert found, daemon.lines
     return int(found[1]), int(found[2]), float(found[3])
+
+
+class Losses:
+    """What kills cost, of scans that are seen on the bus. A scan is lost if it came while the
+    daemon ran and is not in the snapshot that is restored after the kill. The newest one there was
+    perhaps still coming in when its beams were written: its age at the kill is more than is lost by
+    the gap to the next scan, but surely all."""
+
+    def __init__(self, watch):
+        self.stamps_s = []
+        watch.bus.subscribe("GPOM_SCAN", lambda _, data: self.stamps_s.append(
+            int.from_bytes(data[8:16], "big") / 1e6)).set_queue_capacity(0)
+        self.ages_s, self.lost_s, self.n_lost = [], [], []
+
+    def note(self, ready_s, killed_s, newest_s):
+        """When a daemon was ready and was killed, and the newest scan that the next one restored,
+        known to a millisecond."""
+        since_s = max(ready_s, newest_s + 1e-3)
+        lost = [stamp_s for stamp_s in self.stamps_s if since_s < stamp_s <= killed_s]
+        self.ages_s.append(killed_s - max(ready_s, newest_s))
+        self.lost_s.append(killed_s - min(lost, default=killed_s))
+        self.n_lost.append(len(lost))
+
+    def summary(self, period_s):
+        def line(what, values, unit, digits=3):
+            shares = [f"{share:.{digits}f}" for share in np.percentile(values, (50, 90, 99, 100))]
+            return "{}: median {}, 90 % {}, 99 % {}, at most {}{}".format(what, *shares, unit)
+        n_over = sum(lost_s > period_s for lost_s in self.lost_s)
+        return "\n".join([
+            line("from the first scan lost to the kill", self.lost_s, " s")
+            + f"; {n_over} of {len(self.lost_s)} over the period of {period_s} s",
+            line("age of the newest scan restored, at the kill", self.ages_s, " s"),
+            line("scans lost", self.n_lost, "", 0)])
 
 
 def test_a_daemon_killed_at_any_moment_comes_back_with_the_last_snapshot(start, tmp_path):
     """Nothing that was reported as written is missing, and what is there is whole."""
     period_s = 0.25
     snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = {period_s}'
-    rng, n_known, starts_s, losses_s = random.Random(3), 0, [], []
+    rng, n_known, starts_s, ready_s = random.Random(3), 0, [], 0.0
     watch = Watch(URL)
+    losses = Losses(watch)
 
-    def counts_of_this_one():
-        """Of a status that the daemon started last has sent, once it has written a snapshot."""
+    def count_of_this_one(name):
+        """In the newest status of the daemon started last; 0 as long as it has sent none."""
         state = watch.status
-        is_its_own = state is not None and state["uptime_s"] < time.monotonic() - began_s
-        return state["counts"] if is_its_own and state["n_beams"] > 0 else {}
+        is_its_own = state is not None and state["stamp_us"] > 1e6 * began_s
+        return state["counts"][name] if is_its_own and state["n_beams"] > 0 else 0
     with Sender(tmp_path, 50, 91):
         for i in range(N_KILLS + 1):
-            watch.status, began_s = None, time.monotonic()
+            began_s = time.time()
             daemon = start(rest=snapshot, map="beam_max = 8000\nold_s = 10")
+            before_s, ready_s = ready_s, time.time()
             if i > 0:
-                starts_s.append(time.monotonic() - began_s)
-                n_beams, sequence, age_s = restored(daemon)
-                losses_s.append(killed_s - (time.time() - age_s))
+                starts_s.append(ready_s - began_s)
+                n_beams, sequence, newest_s = restored(daemon)
+                wait_until(watch, lambda: losses.stamps_s[-1] > killed_s)
+                losses.note(before_s, killed_s, newest_s)
                 assert sequence >= n_known and n_beams > 0
                 n_known = sequence
-            wait_until(watch, lambda: counts_of_this_one().get("snapshots_written", 0) > 0)
-            watch.collect(rng.uniform(0.0, 2 * period_s))
-            n_known += counts_of_this_one()["snapshots_written"]
-            assert watch.status["counts"]["snapshots_failed"] == 0
+            else:
+                wait_until(watch, lambda: count_of_this_one("snapshots_written") > 0)
+            watch.collect(rng.uniform(0.0, 3 * period_s))
+            n_known += count_of_this_one("snapshots_written")
+            assert count_of_this_one("snapshots_failed") == 0
             killed_s = time.time()
             daemon.stop(signal.SIGKILL)
     print(f"\nkilled {N_KILLS} times: ready again after {np.mean(starts_s):.3f} s, at most "
-          f"{max(starts_s):.3f} s; at most {max(losses_s):.3f} s lost of a period of {period_s} s, "
-          f"median {np.median(losses_s):.3f} s; load {os.getloadavg()[0]:.1f}")
+          f"{max(starts_s):.3f} s; load {os.getloadavg()[0]:.1f}\n{losses.summary(period_s)}")

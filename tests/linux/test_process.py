@@ -39,16 +39,19 @@ def test_states_follow_the_scans(start, peer):
     watch.bus.subscribe("GPOM_STATUS", lambda _, data: states.append(
         peer.type("gpom.status_t").decode(data).state))
     wait_until(watch, lambda: 0 in states)
-    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
-    wait_until(watch, lambda: 1 in states and 2 in states)
-    assert states == sorted(states)
+    for i in range(1000):  # until a status comes while the last one is fresh
+        watch.bus.publish("GPOM_SCAN", encoded(scan(peer, i)))
+        if watch.collect(0.05, lambda: 1 in states):
+            break
+    wait_until(watch, lambda: states[-1] == 2)
+    assert 1 in states and 0 not in states[states.index(1):]
 
 
 def test_systemd_hears_that_it_is_ready_alive_and_stopping(start, tmp_path):
     path = str(tmp_path / "notify")
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(path)
-        listener.settimeout(10)
+        listener.settimeout(PATIENCE_S)
         daemon = start(environment={"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "300000"})
         heard = [listener.recv(100) for _ in range(5)]
         assert heard[0] == b"READY=1" and set(heard[1:]) == {b"WATCHDOG=1"}
@@ -58,10 +61,10 @@ def test_systemd_hears_that_it_is_ready_alive_and_stopping(start, tmp_path):
 
 
 def heard_in(listener, seconds):
-    """How many messages come in so long."""
+    """How many messages come in so long, those included that are there already."""
     end, n = time.monotonic() + seconds, 0
-    while (left := end - time.monotonic()) > 0:
-        n += len(select.select([listener], [], [], left)[0]) and len(listener.recv(100)) > 0
+    while select.select([listener], [], [], max(0.0, end - time.monotonic()))[0]:
+        n += len(listener.recv(100)) > 0
     return n
 
 
@@ -75,7 +78,8 @@ def test_the_watchdog_is_not_fed_while_a_thread_is_stalled(thread, start, tmp_pa
         daemon = start(environment={"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "300000"})
         assert [listener.recv(100) for _ in range(2)] == [b"READY=1", b"WATCHDOG=1"]
         with stalled(daemon.process, thread):
-            assert heard_in(listener, 1.0) <= 1  # one from before it was stalled
+            heard_in(listener, 0.0)  # from before it was stalled
+            assert heard_in(listener, 1.0) <= 1  # the pulse before it was
             watch = Watch(URL)
             wait_until(watch, lambda: watch.status is not None)  # the process itself lives
         for _ in range(3):
@@ -253,8 +257,14 @@ def test_gpom_watch_draws_the_map_and_prints_it(start, street, tmp_path):
     assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n" and '"is_whole": true' in done.stdout
     status = run("gpom-watch", "--status")
     assert status.returncode == 0 and '"scans_inserted": 40' in status.stdout
-    live = run("gpom-watch", "--seconds", "1.5")
-    assert live.returncode == 0 and "R" in live.stdout and "#" in live.stdout
+    with subprocess.Popen([tool("gpom-watch")], stdout=subprocess.PIPE, text=True) as live:
+        drawn = ""
+        while not ("R" in drawn and "#" in drawn and "losses, whole" in drawn):
+            line = live.stdout.readline()
+            assert line, drawn
+            drawn += line
+        live.terminate()
+    assert run("gpom-watch", "--seconds", "0.5").returncode == 0
 
 
 def test_gpom_watch_says_when_nothing_comes():

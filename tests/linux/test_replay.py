@@ -4,7 +4,7 @@ import re
 import subprocess
 
 import pytest
-from conftest import BUILD, ROOT, URL, run, wait_until
+from conftest import BUILD, PATIENCE_S, ROOT, URL, run, wait_until
 from gpom_watch import Watch
 
 PLACES_M = (10.0, 10.5, 11.0)
@@ -80,8 +80,9 @@ def test_the_five_minutes_of_the_readme_work(tmp_path):
                           ("gpom-watch", "gpom-watch --seconds 6")):
         assert word in script
         script = script.replace(word, instead)
-    done = subprocess.run(["bash", "-ec", script + "\nwait"], cwd=ROOT, text=True, timeout=60,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    done = subprocess.run(["bash", "-ec", script + "\nwait"], cwd=ROOT, text=True,
+                          timeout=2 * PATIENCE_S, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          check=False)
     assert done.returncode == 0, done.stdout
     for line in "gpomd: ready on", "220 messages sent", "0 losses", "stopped after 220 scans":
         assert line in done.stdout, done.stdout

@@ -1,9 +1,14 @@
 #include "ports/linux/snapshots.hpp"
 
+#include "tests/unit/reference.hpp"
+
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstring>
+#include <deque>
 #include <memory>
+#include <random>
 #include <thread>
 #include <vector>
 
@@ -96,6 +101,33 @@ struct Snapped {
 };
 
 } // namespace
+
+// A snapshot that takes no more than twice as long as the longest of the last eight, and half a
+// period at most, is on disk a period after the one before was begun; so is the very first one.
+TEST_CASE("a snapshot is begun so early that it is on disk when the period is over")
+{
+    GPOM_TELL_SEED();
+    constexpr std::int64_t kPeriod_us = 1000000;
+    std::mt19937_64 random(reference::seed());
+    SnapshotPace pace;
+    pace.init(kPeriod_us);
+    pace.begin(5000000);
+    std::deque<std::int64_t> last_us = {kPeriod_us / 4};
+    for (int i = 0; i < 1000; ++i) {
+        const std::int64_t longest_us = *std::max_element(last_us.begin(), last_us.end());
+        std::uniform_int_distribution<std::int64_t> any(0,
+                                                        std::min(2 * longest_us, kPeriod_us / 2));
+        const std::int64_t before_us = pace.begun_us(), took_us = any(random);
+        pace.begin(pace.due_us());
+        REQUIRE(pace.begun_us() >= before_us + kPeriod_us / 2); // no more often than need be
+        REQUIRE(pace.begun_us() + took_us <= before_us + kPeriod_us);
+        pace.note(took_us);
+        last_us.push_back(took_us);
+        if (i == 0 || last_us.size() > 8) { // the first one was not taken, but assumed
+            last_us.pop_front();
+        }
+    }
+}
 
 // While the disk hangs, the mapping thread's turns come back and take no second snapshot; once the
 // disk goes on, that one is written, and the next one has what came meanwhile.

@@ -52,8 +52,9 @@ def test_the_table_has_the_tool_s_figures():
     def report(shift):
         return {"rows": [{"key": key, "label": key, "nll": nll + shift, "auc": 0.9, "ece": 0.1,
                           "place_error_m": 0.05, "scans": 400}
-                         for key, nll in (("every", 0.2), ("weighed", 0.21), ("other", 0.2))]}
+                         for key, nll in (("every", 0.2), ("every_unweighed", 0.2 + 3 * shift),
+                                          ("weighed", 0.21), ("unweighed", 0.2))]}
     header, rows = odometry_section.table([report(0.0), report(0.02)])
     assert header[1] == "NLL"
-    assert rows[1][1:3] == ["0.2200 (0.0200)", "+4.8 %"] and rows[1][-1] == ""
-    assert rows[2][-1] == "2 of 2"
+    assert rows[2][1:3] == ["0.2200 (0.0200)", "+4.8 %"]
+    assert [row[-1] for row in rows] == ["1 of 2", "", "0 of 2", ""]

@@ -292,18 +292,27 @@ TEST_CASE("beams grazing a wall do not clear it")
     }
 }
 
-// A beam whose end is not known to a fraction of keep_m speaks against nobody.
+// A beam whose end has a standard deviation over 2 keep_m, by its range or by its pose, speaks
+// against nobody; one below it does.
 TEST_CASE("an unsure beam clears nothing")
 {
-    Keeping k(keep_config(2));
-    k.see(look({0, 0}, 0.0, 5.0, 0));
-    for (int i = 1; i < 20; ++i) {
-        TestScan s = look({0, 0}, 0.0, 12.0, i);
-        s.sensor.range_var_m2 = 0.02f; // 14 cm; a quarter of keep_m is 12.5
-        k.see(s);
+    for (const double sd_m : {1.9 * kKeep_m, 2.1 * kKeep_m}) {
+        for (const bool is_of_pose : {false, true}) {
+            const auto var_m2 = static_cast<float>(sd_m * sd_m);
+            const float cov[9] = {var_m2, 0.0f, 0.0f, 0.0f, var_m2, 0.0f, 0.0f, 0.0f, 0.0f};
+            const bool is_unsure = sd_m > 2.0 * kKeep_m;
+            Keeping k(keep_config(2));
+            k.see(look({0, 0}, 0.0, 5.0, 0));
+            for (int i = 1; i < 20; ++i) {
+                TestScan s = look({0, 0}, 0.0, 12.0, i);
+                s.sensor.range_var_m2 = is_of_pose ? 0.0f : var_m2;
+                s.pose.cov = is_of_pose ? cov : nullptr;
+                k.see(s);
+            }
+            CHECK(k.has_hit(0) == is_unsure);
+            CHECK((k.map.stats().beams_contradicting == 0) == is_unsure);
+        }
     }
-    CHECK(k.has_hit(0));
-    CHECK(k.map.stats().beams_contradicting == 0);
 }
 
 // A return in known free space is provisional: queries do not see its hit. The next scan that sees

@@ -387,7 +387,7 @@ TEST_CASE("noise is (sn2 + (1 - rho^2) k) / rho^2")
             Eigen::Matrix<double, 2, 3> J;
             J << 1, 0, -ly, 0, 1, lx; // d hit / d (x, y, yaw), the robot standing at the origin
             const double var = static_cast<double>(s.sensor.range_var_m2) +
-                               (J * cov.cast<double>() * J.transpose()).trace();
+                               0.5 * (J * cov.cast<double>() * J.transpose()).trace();
             const gpom_beam_t beam = beam_of_single(s, config);
             const gpom_params_t &p = config.params;
             CHECK(static_cast<double>(beam.hit_noise) ==
