@@ -33,7 +33,7 @@ Neighbourhood<F> spiral(Memory &memory, const gpom_params_t &params)
     return {memory.x_m, memory.y_m, memory.noise, params.n_hits, params.n_free};
 }
 
-float solve(const gpom_params_t &params, std::size_t rounds)
+template <gpom_kernel_t K> float solve_with(const gpom_params_t &params, std::size_t rounds)
 {
     static Memory memory;
     const KernelConstants kernel = kernel_constants(params);
@@ -42,11 +42,23 @@ float solve(const gpom_params_t &params, std::size_t rounds)
     const F zero = lane::splat<F>(0.0f);
     F sum = zero;
     for (std::size_t round = 0; round < rounds; ++round) {
-        const Moments<F> moments = predict<GPOM_KERNEL_MATERN12>(kernel, points, work, zero, zero);
+        const Moments<F> moments = predict<K>(kernel, points, work, zero, zero);
         sum = sum + moments.mean + moments.variance;
         memory.x_m[0] = memory.x_m[0] + 1e-6f * moments.mean; // no round equals the last
     }
     return lane::get(sum, 0);
+}
+
+float solve(const gpom_params_t &params, std::size_t rounds)
+{
+    switch (params.kernel) {
+    case GPOM_KERNEL_NN:
+        return solve_with<GPOM_KERNEL_NN>(params, rounds);
+    case GPOM_KERNEL_ASKEY:
+        return solve_with<GPOM_KERNEL_ASKEY>(params, rounds);
+    default:
+        return solve_with<GPOM_KERNEL_MATERN12>(params, rounds);
+    }
 }
 
 } // namespace

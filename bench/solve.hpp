@@ -10,8 +10,8 @@
 struct gpom_bench_solve {
     int lanes;
 
-    /// Covariances, factor, mean and variance of `rounds` packets of neighbourhoods of params'
-    /// size. Returns a number that depends on all of them.
+    /// Covariances (neural network, Askey, else Matern-1/2), factor, mean and variance of `rounds`
+    /// packets of neighbourhoods of params' size. Returns a number that depends on all of them.
     float (*solve)(const gpom_params_t &params, std::size_t rounds);
 };
 

@@ -337,10 +337,10 @@ gpom_bench_solve solve_in_use()
 }
 
 /// Operations a second of the solve alone; an item is half of one multiply-add.
-void solve_alone(benchmark::State &state, std::size_t n)
+void solve_alone(benchmark::State &state, const char *kernel, std::size_t n)
 {
     const gpom_bench_solve chosen = solve_in_use();
-    const gpom_params_t params = params_of("matern12", n);
+    const gpom_params_t params = params_of(kernel, n);
     constexpr std::size_t kRounds = 100;
     for (auto _ : state) {
         benchmark::DoNotOptimize(chosen.solve(params, kRounds));
@@ -399,7 +399,9 @@ void add_all()
     add_many_neighbours();
     for (const std::size_t n : {16u, 24u, 32u, 48u, 64u}) {
         add_queries(kSparse, n);
-        add("solve/n" + std::to_string(n), solve_alone, n);
+        for (const char *const kernel : {"matern12", "nn", "askey"}) {
+            add(std::string("solve/") + kernel + "/n" + std::to_string(n), solve_alone, kernel, n);
+        }
     }
     for (const std::size_t n : {16u, 32u}) {
         for (const Data &data : {kWide[0], kWide[1], kDense, kThinned}) {

@@ -21,20 +21,28 @@ template <class F, int N> inline F horner(const float (&c)[N], F x)
     return sum;
 }
 
-/// scale asin(1 - q) for scale >= 0 and 0 <= q <= 2 from q itself, so that nothing is lost where
-/// the arcsine is steepest: asin(x) = pi/2 - sqrt(1 - x) P(x) for x >= 0. Absolute error <= 2.8e-7
-/// of the scale. A q rounded beyond 2 counts as one as far below it.
-template <class F> inline F asin_of_complement(F q, float scale = 1.0f)
+/// asin(1 - q) for 0 <= q <= 1: pi/2 + sqrt(q) P(q). Absolute error <= 2.8e-7.
+template <class F> inline F acute_asin_of_complement(F q)
 {
     constexpr float kHalfPi = 1.57079637f;
-    constexpr float kP[] = {1.57079637f,   -0.214594349f,  0.0888685212f, -0.0493318215f,
-                            0.0280265994f, -0.0122481203f, 0.00269819237f};
-    const auto obtuse = q > 1.0f;
-    const F c = lane::select(obtuse, lane::abs(F(2.0f - q)), q);
-    const F sign = lane::select(obtuse, lane::splat<F>(-scale), lane::splat<F>(scale));
-    const F arc =
-        lane::minus_product(lane::splat<F>(kHalfPi), lane::sqrt(c), horner(kP, F(1.0f - c)));
-    return sign * arc;
+    constexpr float kP[] = {-1.41421509f,    -0.117799751f,  -0.0270233806f, -0.0057213679f,
+                            -0.00732220756f, 0.00400857907f, -0.00272317207f};
+    return lane::fma(lane::sqrt(q), horner(kP, q), lane::splat<F>(kHalfPi));
+}
+
+/// asin(1 - q) for 0 <= q <= 2 from q itself, so that nothing is lost where the arcsine is
+/// steepest. A q rounded beyond 2 counts as one as far below it.
+template <class F> inline F asin_of_complement(F q)
+{
+    const F mirrored = lane::abs(F(2.0f - q));
+    if constexpr (lane::width<F> == 1) {
+        const bool is_obtuse = q > 1.0f;
+        const F arc = acute_asin_of_complement(is_obtuse ? mirrored : q);
+        return is_obtuse ? -arc : arc;
+    } else {
+        const F arc = acute_asin_of_complement(lane::smaller(mirrored, q));
+        return lane::flip_sign(arc, F(1.0f - q));
+    }
 }
 
 /// exp(x) for x <= 0, 0 below -87 (no denormals): 2^n exp(f), Cody and Waite's reduction.
@@ -56,16 +64,16 @@ template <class F> inline F exp_nonpositive(F x)
     return lane::select(x < -87.0f, lane::splat<F>(0.0f), scaled);
 }
 
-/// 2^x for x <= 0, 0 from -127 down. Error <= 2.2 units in the last place down to -125, below that
-/// 2^-126; 2^0 is 1. There is no case for 0: at -127 no bit of the exponent is left.
-template <class F> inline F exp2_nonpositive(F x)
+/// 2^-u for u >= 0, 0 from 127 on. Error <= 2.2 units in the last place up to 125, beyond 2^-126;
+/// 2^0 is 1. There is no case for 0: at 127 no bit of the exponent is left.
+template <class F> inline F exp2_negated(F u)
 {
-    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: adding it rounds to an integer
-    constexpr float kP[] = {1.0f,         0.693147004f,   0.240222469f,
-                            0.055507116f, 0.00967130065f, 0.00132692745f};
-    const F clamped = lane::select(x < -127.0f, lane::splat<F>(-127.0f), x);
-    const F shifted = clamped + kRound;
-    const F f = clamped - (shifted - kRound);
+    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: subtracting from it rounds to an integer
+    constexpr float kP[] = {1.0f,          -0.693147004f,  0.240222469f,
+                            -0.055507116f, 0.00967130065f, -0.00132692745f};
+    const F clamped = lane::smaller(lane::splat<F>(127.0f), u); // a NaN stays
+    const F shifted = kRound - clamped;
+    const F f = clamped + (shifted - kRound);
     return lane::scale_exponent(horner(kP, f), lane::bits_of(shifted));
 }
 

@@ -17,8 +17,9 @@ namespace
 template <gpom_kernel_t K> float on_axis(const gpom_params_t &params, float x1_m, float x2_m)
 {
     const KernelConstants constants = kernel_constants(params);
-    return covariance<K>(constants, feature<K>(constants, x1_m, 0.0f),
-                         feature<K>(constants, x2_m, 0.0f));
+    const float apart =
+        separation<K>(feature<K>(constants, x1_m, 0.0f), feature<K>(constants, x2_m, 0.0f));
+    return constants.sf2 * unit_covariance<K>(apart);
 }
 
 } // namespace

@@ -3,7 +3,7 @@
 ///
 /// Each point is prepared once (feature()), so that a pair costs little: for the neural-network
 /// covariance the feature is the unit-ball vector h of eq. 4, k = sf2 asin(h . h'); for the
-/// stationary ones it is the position in length scales.
+/// stationary ones it is the position in length scales. The hot path computes in units of sf2.
 #pragma once
 
 #include "gpom/params.h"
@@ -38,7 +38,7 @@ template <class F> struct Feature {
 };
 
 template <gpom_kernel_t K, class F>
-inline Feature<F> feature(const KernelConstants &constants, F x_m, F y_m)
+inline Feature<F> feature(const KernelConstants constants, F x_m, F y_m)
 {
     const F x = constants.weight * x_m;
     const F y = constants.weight * y_m;
@@ -53,48 +53,68 @@ inline Feature<F> feature(const KernelConstants &constants, F x_m, F y_m)
     }
 }
 
-/// 1 - h . h' of two features of eq. 4 without cancellation: with g = h / sqrt(2) and
-/// d = (1 - |h|^2) / 2 it is |g - g'|^2 + d + d'.
-template <class F> inline F complement_of(const Feature<F> &p, const Feature<F> &q)
+/// How far apart two features are: 1 - h . h' of eq. 4, or the squared distance.
+///
+/// The former without cancellation: with g = h / sqrt(2) and d = (1 - |h|^2) / 2 it is
+/// |g - g'|^2 + d + d'.
+template <gpom_kernel_t K, class F> inline F separation(const Feature<F> &p, const Feature<F> &q)
 {
     const F da = p.a - q.a;
     const F db = p.b - q.b;
-    const F dc = p.c - q.c;
-    return lane::fma(da, da, lane::fma(db, db, lane::fma(dc, dc, F(p.d + q.d))));
-}
-
-/// k(x, x') from two features.
-template <gpom_kernel_t K, class F>
-inline F covariance(const KernelConstants &constants, const Feature<F> &p, const Feature<F> &q)
-{
     if constexpr (K == GPOM_KERNEL_NN) {
-        return asin_of_complement(complement_of(p, q), constants.sf2);
+        const F dc = p.c - q.c;
+        return lane::fma(da, da, lane::fma(db, db, lane::fma(dc, dc, F(p.d + q.d))));
     } else {
-        const F dx = p.a - q.a;
-        const F dy = p.b - q.b;
-        const F r2 = lane::fma(dx, dx, F(dy * dy));
-        if constexpr (K == GPOM_KERNEL_SE) {
-            return constants.sf2 * exp2_nonpositive(F(-r2));
-        } else if constexpr (K == GPOM_KERNEL_MATERN12) {
-            return constants.sf2 * exp2_nonpositive(F(-lane::sqrt(r2)));
-        } else if constexpr (K == GPOM_KERNEL_MATERN32) {
-            const F s = lane::sqrt(r2);
-            return constants.sf2 * (1.0f + s) * exp2_nonpositive(F(-kLog2e * s));
-        } else {
-            const F u = lane::max(F(1.0f - lane::sqrt(r2)), lane::splat<F>(0.0f));
-            return constants.sf2 * u * u * u;
-        }
+        return lane::fma(da, da, F(db * db));
     }
 }
 
-/// k(x, x) from its feature.
-template <gpom_kernel_t K, class F>
-inline F variance(const KernelConstants &constants, const Feature<F> &p)
+/// k(x, x') / sf2 of a separation.
+template <gpom_kernel_t K, class F> inline F unit_covariance(F separation)
 {
     if constexpr (K == GPOM_KERNEL_NN) {
-        return asin_of_complement(F(p.d + p.d), constants.sf2);
+        return asin_of_complement(separation);
+    } else if constexpr (K == GPOM_KERNEL_SE) {
+        return exp2_negated(separation);
+    } else if constexpr (K == GPOM_KERNEL_MATERN12) {
+        return exp2_negated(lane::sqrt(separation));
+    } else if constexpr (K == GPOM_KERNEL_MATERN32) {
+        const F s = lane::sqrt(separation);
+        return (1.0f + s) * exp2_negated(F(kLog2e * s));
     } else {
-        return lane::splat<F>(constants.sf2);
+        const F u = lane::max(F(1.0f - lane::sqrt(separation)), lane::splat<F>(0.0f));
+        return u * u * u;
+    }
+}
+
+/// k(x, x) / sf2 from its feature.
+template <gpom_kernel_t K, class F> inline F unit_variance(const Feature<F> &p)
+{
+    if constexpr (K == GPOM_KERNEL_NN) {
+        return asin_of_complement(F(p.d + p.d));
+    } else {
+        return lane::splat<F>(1.0f);
+    }
+}
+
+/// k(x, x') / sf2 of a point with n others, one at every `stride` of `row`. On lanes in two passes:
+/// a processor looks some hundred operations ahead, and finds more to do at once in short chains of
+/// them. Askey's is short as it is.
+template <gpom_kernel_t K, class F>
+inline void unit_covariances(const Feature<F> own, const Feature<F> *others, size_t n, F *row,
+                             size_t stride)
+{
+    if constexpr (lane::width<F> == 1 || K == GPOM_KERNEL_ASKEY) {
+        for (size_t p = 0; p < n; ++p) {
+            row[stride * p] = unit_covariance<K>(separation<K>(own, others[p]));
+        }
+    } else {
+        for (size_t p = 0; p < n; ++p) {
+            row[stride * p] = separation<K>(own, others[p]);
+        }
+        for (size_t p = 0; p < n; ++p) {
+            row[stride * p] = unit_covariance<K>(row[stride * p]);
+        }
     }
 }
 

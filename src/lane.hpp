@@ -11,6 +11,7 @@
 #pragma once
 
 #include <math.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -40,6 +41,17 @@ template <> struct Lane<1> {
 };
 
 template <class F> constexpr int width = static_cast<int>(sizeof(F) / sizeof(float));
+
+/// How many F the registers hold. Those of x86 before AVX-512 are 16 of whatever width, and the
+/// compiler puts four plain floats in one.
+template <class F>
+constexpr size_t registers =
+#if defined(__x86_64__) && !defined(__AVX512F__)
+    width<F> == 1 ? 64 : 16;
+#else
+    32;
+#endif
+
 template <class F> using IntOf = typename Lane<width<F>>::I;
 
 /// The same value in every lane.
@@ -81,6 +93,10 @@ template <class V, class T> inline void set(V &lanes, int i, T value)
     }
 }
 
+/// Of AVX-512's operations: in all lanes, in the rounding mode that is set.
+constexpr unsigned short kAllLanes = 0xffff;
+constexpr int kRoundAsSet = 4;
+
 /// mask ? a : b, lane by lane.
 template <class M, class V> inline V select(M mask, V a, V b) { return mask ? a : b; }
 
@@ -115,13 +131,58 @@ template <class M> inline uint32_t bits_of_mask(M mask)
 /// True if the mask holds in any lane.
 template <class M> inline bool any(M mask) { return bits_of_mask(mask) != 0; }
 
+/// a > b ? a : b, so that of equal arguments, and of one and a NaN, it is b. x86 has an instruction
+/// for just this, which clang finds for lanes and GCC does not.
+template <class F> inline F larger(F a, F b)
+{
+    if constexpr (width<F> == 1) {
+        return a > b ? a : b;
+#if defined(__SSE__) && !defined(__clang__)
+    } else if constexpr (width<F> == 4) {
+        return __builtin_ia32_maxps(a, b);
+#endif
+#if defined(__AVX__) && !defined(__clang__)
+    } else if constexpr (width<F> == 8) {
+        return __builtin_ia32_maxps256(a, b);
+#endif
+#if defined(__AVX512F__) && !defined(__clang__)
+    } else if constexpr (width<F> == 16) {
+        return __builtin_ia32_maxps512_mask(a, b, b, kAllLanes, kRoundAsSet);
+#endif
+    } else {
+        return select(a > b, a, b);
+    }
+}
+
+/// a < b ? a : b, likewise.
+template <class F> inline F smaller(F a, F b)
+{
+    if constexpr (width<F> == 1) {
+        return a < b ? a : b;
+#if defined(__SSE__) && !defined(__clang__)
+    } else if constexpr (width<F> == 4) {
+        return __builtin_ia32_minps(a, b);
+#endif
+#if defined(__AVX__) && !defined(__clang__)
+    } else if constexpr (width<F> == 8) {
+        return __builtin_ia32_minps256(a, b);
+#endif
+#if defined(__AVX512F__) && !defined(__clang__)
+    } else if constexpr (width<F> == 16) {
+        return __builtin_ia32_minps512_mask(a, b, b, kAllLanes, kRoundAsSet);
+#endif
+    } else {
+        return select(a < b, a, b);
+    }
+}
+
 /// Of equal arguments, and of one and a NaN, b; with GPOM_MINNUM of one and a NaN that one.
 template <class F> inline F min(F a, F b)
 {
     if constexpr (GPOM_MINNUM == 1 && width<F> == 1) {
         return __builtin_fminf(a, b);
     } else {
-        return select(a < b, a, b);
+        return smaller(a, b);
     }
 }
 
@@ -130,7 +191,7 @@ template <class F> inline F max(F a, F b)
     if constexpr (GPOM_MINNUM == 1 && width<F> == 1) {
         return __builtin_fmaxf(a, b);
     } else {
-        return select(a > b, a, b);
+        return larger(a, b);
     }
 }
 
@@ -195,6 +256,12 @@ template <class F> inline F with_sign(F magnitude, F sign)
     }
 }
 
+/// x, or -x where `sign` is negative.
+template <class F> inline F flip_sign(F x, F sign)
+{
+    return from_bits<F>(bits_of(x) ^ (bits_of(sign) & INT32_MIN));
+}
+
 template <class F> inline F sqrt(F x)
 {
     if constexpr (width<F> == 1) {
@@ -209,13 +276,22 @@ template <class F> inline F sqrt(F x)
 }
 
 /// a b + c: the only place where a product and a sum may be fused, so that every build rounds alike
-/// wherever GPOM_FMA is alike (-ffp-contract=off keeps the compiler from fusing elsewhere).
+/// wherever GPOM_FMA is alike (-ffp-contract=off keeps the compiler from fusing elsewhere). On x86
+/// by its instruction: GCC does not make one of every such loop.
 template <class F> inline F fma(F a, F b, F c)
 {
     if constexpr (GPOM_FMA == 0) {
         return a * b + c;
     } else if constexpr (width<F> == 1) {
         return __builtin_fmaf(a, b, c);
+#if defined(__FMA__) && !defined(__clang__)
+    } else if constexpr (width<F> == 8) {
+        return __builtin_ia32_vfmaddps256(a, b, c);
+#endif
+#if defined(__AVX512F__) && !defined(__clang__)
+    } else if constexpr (width<F> == 16) {
+        return __builtin_ia32_vfmaddps512_mask(a, b, c, kAllLanes, kRoundAsSet);
+#endif
     } else {
         F sum = c;
         for (int i = 0; i < width<F>; ++i) {
@@ -230,6 +306,14 @@ template <class F> inline F minus_product(F c, F a, F b)
 {
     if constexpr (GPOM_FMA == 0) {
         return c - a * b;
+#if defined(__FMA__) && !defined(__clang__)
+    } else if constexpr (width<F> == 8) {
+        return __builtin_ia32_vfnmaddps256(a, b, c);
+#endif
+#if defined(__AVX512F__) && !defined(__clang__)
+    } else if constexpr (width<F> == 16) {
+        return __builtin_ia32_vfnmaddps512_mask(a, b, c, kAllLanes, kRoundAsSet);
+#endif
     } else {
         return fma(F(-a), b, c);
     }

@@ -60,42 +60,43 @@ template <class F> inline void pad(const Neighbourhood<F> &points)
     }
 }
 
-/// Block row i of K + N: covariances of four points with all before and each other.
+/// Block row i of (K + N) / sf2: covariances of four points with all before and each other.
 template <gpom_kernel_t K, class F>
-inline void covariance_block_row(const KernelConstants constants, const Feature<F> *features,
-                                 const F *noise, size_t i, F *panel)
+inline void covariance_block_row(const Feature<F> *features, const F *noise, F inv_sf2, size_t i,
+                                 F *panel)
 {
     for (size_t r = 0; r < kTile; ++r) {
-        const Feature<F> own = features[kTile * i + r];
-        const size_t diagonal = kTile * i + r;
-        for (size_t p = 0; p < diagonal; ++p) {
-            panel[kTile * p + r] = covariance<K>(constants, own, features[p]);
-        }
-        panel[kTile * diagonal + r] = variance<K>(constants, own) + noise[diagonal];
+        const size_t n = kTile * i + r;
+        unit_covariances<K>(features[n], features, n, panel + r, kTile);
+        panel[kTile * n + r] = lane::fma(noise[n], inv_sf2, unit_variance<K>(features[n]));
     }
 }
 
-/// Mean and variance at the query by forward substitution alone: with K + N = L L^T,
-/// v = L^-1 k*, u = L^-1 y, the mean (eq. 2) is v . u and the variance (eq. 3) k** - v . v.
+/// Mean and variance at the query by forward substitution alone: with (K + N) / sf2 = L L^T,
+/// v = L^-1 k* / sf2, u = L^-1 y, the mean (eq. 2) is v . u and the variance (eq. 3)
+/// k** - sf2 v . v.
 ///
 /// frame_x_m, frame_y_m  the query's coordinates in the covariance's frame; 0 in its own.
 template <gpom_kernel_t K, class F>
-inline Moments<F> predict(const KernelConstants &constants, const Neighbourhood<F> &points,
+inline Moments<F> predict(const KernelConstants constants, const Neighbourhood<F> &points,
                           GpWork<F> &work, F frame_x_m, F frame_y_m)
 {
+    const F zero = lane::splat<F>(0.0f);
+    const F inv_sf2 = lane::splat<F>(1.0f / constants.sf2);
     const Feature<F> query = feature<K>(constants, frame_x_m, frame_y_m);
-    F mean = lane::splat<F>(0.0f);
-    F explained = lane::splat<F>(0.0f);
-    work.factor.bad = lane::splat<F>(0.0f);
+    F mean = zero;
+    F explained = zero;
+    work.factor.bad = zero;
     pad(points);
+    const size_t n = kTile * points.n_tiles();
+    for (size_t j = 0; j < n; ++j) {
+        work.features[j] =
+            feature<K>(constants, F(points.x_m[j] + frame_x_m), F(points.y_m[j] + frame_y_m));
+        work.u[j] = lane::splat<F>(j < points.n_hits ? 1.0f : -1.0f);
+    }
+    unit_covariances<K>(query, work.features, n, work.v, 1);
     for (size_t i = 0; i < points.n_tiles(); ++i) {
-        for (size_t j = kTile * i; j < kTile * (i + 1); ++j) {
-            work.features[j] =
-                feature<K>(constants, F(points.x_m[j] + frame_x_m), F(points.y_m[j] + frame_y_m));
-            work.v[j] = covariance<K>(constants, query, work.features[j]);
-            work.u[j] = lane::splat<F>(j < points.n_hits ? 1.0f : -1.0f);
-        }
-        covariance_block_row<K>(constants, work.features, points.noise, i,
+        covariance_block_row<K>(work.features, points.noise, inv_sf2, i,
                                 work.factor.l + panel_at(i));
         factor_block_row(work.factor, i);
         forward_block(work.factor, i, work.u, work.v);
@@ -104,11 +105,11 @@ inline Moments<F> predict(const KernelConstants &constants, const Neighbourhood<
             explained = lane::fma(work.v[j], work.v[j], explained);
         }
     }
-    const F prior = variance<K>(constants, query);
-    const F zero = lane::splat<F>(0.0f);
+    const F prior = unit_variance<K>(query);
     const auto good = work.factor.bad == zero;
-    return {lane::select(good, mean, zero),
-            lane::select(good, lane::max(F(prior - explained), zero), prior), work.factor.bad};
+    const F left = lane::max(F(prior - explained), zero);
+    return {lane::select(good, mean, zero), constants.sf2 * lane::select(good, left, prior),
+            work.factor.bad};
 }
 
 } // namespace gpom

@@ -18,7 +18,7 @@ float covariance_of(const gpom_params_t &p, Xy a, Xy b)
             gpom::feature<K>(constants, static_cast<float>(a.x), static_cast<float>(a.y));
         const auto fb =
             gpom::feature<K>(constants, static_cast<float>(b.x), static_cast<float>(b.y));
-        return gpom::covariance<K>(constants, fa, fb);
+        return p.sf2 * gpom::unit_covariance<K>(gpom::separation<K>(fa, fb));
     };
     switch (p.kernel) {
     case GPOM_KERNEL_NN:
