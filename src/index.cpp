@@ -201,6 +201,19 @@ void remove_beam(Index &index, uint32_t slot)
     vanish(index, slot);
 }
 
+bool is_near_free(const Index &index, Subtree *stack, const Point &at, float reach_m)
+{
+    const Box around = {at.x_m, at.y_m, at.x_m, at.y_m};
+    const Offset<float> from = {at.x_m, at.y_m};
+    return !walk(
+        index, index.free_part, stack,
+        [&](const Box &box) { return are_near(box, around, reach_m); },
+        [&](uint32_t slot) {
+            const float d2 = distance2(from, index.free_part, index.beams[slot]);
+            return !(d2 < reach_m * reach_m);
+        });
+}
+
 void sort_freed(Index &index, uint32_t before)
 {
     for (uint32_t width = 1; merge_runs(index, width, before) > 1; width *= 2) {

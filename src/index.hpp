@@ -110,69 +110,76 @@ inline const KdTree &tree_of(const Index &index, const FreePart &) { return inde
 inline const Box &box_of(const RecentBlock &block, const HitPart &) { return block.hits; }
 inline const Box &box_of(const RecentBlock &block, const FreePart &) { return block.free; }
 
-/// Visit the slots of the recent beams that may have a part of this kind in touches(box): those in
-/// blocks whose box does, or, once the recent are more than the blocks hold, the whole store.
+/// Visit the slots of the recent beams that may have a part of this kind in touches(box), the
+/// youngest first, while visit(slot) is true: those in blocks whose box does, or, once the recent
+/// are more than the blocks hold, the whole store. False if a visit was not.
 template <class Part, class Touches, class Visit>
-void for_each_recent(const Index &index, const Part &part, const Touches &touches,
+bool for_each_recent(const Index &index, const Part &part, const Touches &touches,
                      const Visit &visit)
 {
     const IdRange ids = {tree_of(index, part).id_end, index.next_id};
     if (ids.end - ids.first > (index.n_recent_max - 1) * kRecentBlock) {
         for (uint32_t slot = 0; slot < index.n_slots; ++slot) {
-            if (ids.has(index.beams[slot].id)) {
-                visit(slot);
+            if (ids.has(index.beams[slot].id) && !visit(slot)) {
+                return false;
             }
         }
-        return;
+        return true;
     }
-    for (uint32_t id = ids.first; id < ids.end; id = (id / kRecentBlock + 1) * kRecentBlock) {
-        const RecentBlock &block = index.recent[id / kRecentBlock % index.n_recent_max];
-        if (block.number != id / kRecentBlock || !touches(box_of(block, part))) {
-            continue;
-        }
-        for (uint32_t i = id % kRecentBlock; i < kRecentBlock; ++i) {
-            if (index.beams[block.slots[i]].id == block.number * kRecentBlock + i) {
-                visit(block.slots[i]);
+    for (uint32_t end = ids.end; end > ids.first;) {
+        const uint32_t number = (end - 1) / kRecentBlock;
+        const uint32_t block_first = number * kRecentBlock;
+        const uint32_t first = block_first > ids.first ? block_first : ids.first;
+        const RecentBlock &block = index.recent[number % index.n_recent_max];
+        if (block.number == number && touches(box_of(block, part))) {
+            for (uint32_t id = end - 1; id + 1 > first; --id) {
+                const uint32_t slot = block.slots[id - block_first];
+                if (index.beams[slot].id == id && !visit(slot)) {
+                    return false;
+                }
             }
         }
+        end = first;
     }
+    return true;
 }
 
-/// Visit the slots of a kind that may satisfy touches(box): those of the tree's boxes that do, and
-/// the recent ones. Visited slots hold a beam with this part.
+/// Visit the slots of a kind that may satisfy touches(box), while visit(slot) is true: those of the
+/// tree's boxes that do, then the recent ones. Visited slots hold a beam with this part. False if a
+/// visit was not.
 template <class Part, class Touches, class Visit>
-void walk(const Index &index, const Part &part, Subtree *stack, const Touches &touches,
+bool walk(const Index &index, const Part &part, Subtree *stack, const Touches &touches,
           const Visit &visit)
 {
     const KdTree &tree = tree_of(index, part);
     const auto visit_member = [&](uint32_t slot) {
-        if (Part::is_in(index.beams[slot])) {
-            visit(slot);
-        }
+        return !Part::is_in(index.beams[slot]) || visit(slot);
     };
-    for_each_recent(index, part, touches, visit_member);
     uint32_t depth = 0;
     if (tree.n_items > 0) {
         stack[depth++] = {0, 0, leaf_count(tree.n_items)};
     }
     while (depth > 0) {
-        const Subtree t = stack[--depth];
-        if (!touches(tree.boxes[t.node])) {
-            continue;
-        }
-        if (t.n_leaves > 1) {
+        Subtree t = stack[--depth];
+        bool is_near = touches(tree.boxes[t.node]);
+        while (is_near && t.n_leaves > 1) {
             stack[depth++] = right_of(t);
-            stack[depth++] = left_of(t);
-            continue;
+            t = left_of(t);
+            is_near = touches(tree.boxes[t.node]);
         }
-        const Stretch slots = slots_of(tree, t);
+        const Stretch slots = is_near ? slots_of(tree, t) : Stretch{0, 0};
         for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
-            if (index.beams[tree.slots[i]].id < tree.id_end) {
-                visit_member(tree.slots[i]);
+            const uint32_t slot = tree.slots[i];
+            if (index.beams[slot].id < tree.id_end && !visit_member(slot)) {
+                return false;
             }
         }
     }
+    return for_each_recent(index, part, touches, visit_member);
 }
+
+/// True if a place is nearer than reach_m to a free segment.
+bool is_near_free(const Index &index, Subtree *stack, const Point &at, float reach_m);
 
 /// The k nearest parts of one kind among all beams. Returns false if walks.n_max walks down the
 /// tree did not suffice; recent beams are all looked at.
@@ -189,6 +196,7 @@ bool search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const
         },
         [&](uint32_t slot) {
             offer_beam(nearest, at, part, {index.beams, slot, {tree.id_end, index.next_id}});
+            return true;
         });
     return is_whole;
 }

@@ -159,7 +159,7 @@ bool stands_apart(const gpom_map &map, const NearHits &near)
 void mark_arrival(gpom_map &map, Beam &beam, const NearHits &near)
 {
     const Point at = end_of(beam);
-    if (map.config.clear_scans > 0 && stands_apart(map, near) && is_known_free(map, at, kClear)) {
+    if (stands_apart(map, near) && is_known_free(map, at, kClear)) {
         beam.arrived = 1;
         beam.provisional = near.best[0].id == kNoId && is_known_free(map, at, kPass) ? 1 : 0;
     }
@@ -169,14 +169,15 @@ void mark_arrival(gpom_map &map, Beam &beam, const NearHits &near)
 bool is_new(gpom_map &map, Beam &beam, bool is_sure)
 {
     const float keep_m = map.config.keep_m;
+    const Point at = end_of(beam);
     if (beam.returned == 0) {
-        return !is_near_free(map, end_of(beam), kFreeSpacing * keep_m);
+        return !is_near_free(map.index, map.keeper.free_stack, at, kFreeSpacing * keep_m);
     }
-    const NearHits near = near_hits(map, end_of(beam), square(kAloneGap * keep_m));
+    const NearHits near = near_hits(map, at, square(kAloneGap * keep_m));
     if (near.best[0].d2 < keep_m * keep_m) {
         return false;
     }
-    if (is_sure) {
+    if (is_sure && map.config.clear_scans > 0) {
         mark_arrival(map, beam, near);
     }
     return true;
@@ -294,6 +295,7 @@ void settle(gpom_map &map)
         decide(map, i);
     }
     group.n = 0;
+    group.returned = 0;
     group.sure = 0;
 }
 
@@ -304,6 +306,7 @@ void consider(gpom_map &map, const Beam &beam, bool sure)
         return;
     }
     Group &group = map.keeper.group;
+    group.returned |= static_cast<uint32_t>(beam.returned) << group.n;
     group.sure |= (sure ? 1u : 0u) << group.n;
     group.beams[group.n++] = beam;
     if (group.n == kGroup) {

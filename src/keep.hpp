@@ -25,6 +25,7 @@ constexpr uint32_t kGroup = GPOM_LANES_MAX;
 struct Group {
     Beam beams[kGroup];
     uint32_t n;
+    uint32_t returned;       ///< Bit i: it ends at a surface.
     uint32_t sure;           ///< Bit i: its place is known well enough to speak against others.
     uint32_t known;          ///< Bit i: it ends at a kept hit.
     uint32_t against;        ///< Bit i: it runs past a kept hit that stands all the same.

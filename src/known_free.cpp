@@ -46,42 +46,26 @@ bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
            beam.id < map.keeper.scan_first_id;
 }
 
-/// Visit the kept beams with free segments whose boxes come within reach_m of a segment's;
-/// visit(slot) tells whether to go on. Also while hits are walked.
+/// Visit the kept beams with free segments whose boxes come within reach_m of a segment's, while
+/// visit(slot) is true. False if a visit was not. Also while hits are walked.
 template <class Visit>
-void for_each_free_near(gpom_map &map, const Segment &part, float reach_m, const Visit &visit)
+bool for_each_free_near(gpom_map &map, const Segment &part, float reach_m, const Visit &visit)
 {
     Box around = empty_box();
     include(around, part);
-    bool goes_on = true;
-    walk(
+    return walk(
         map.index, map.index.free_part, map.keeper.free_stack,
-        [&](const Box &box) { return goes_on && are_near(box, around, reach_m); },
-        [&](uint32_t slot) { goes_on = goes_on && visit(slot); });
+        [&](const Box &box) { return are_near(box, around, reach_m); }, visit);
 }
 
 } // namespace
 
-bool is_near_free(gpom_map &map, const Point &at, float reach_m)
-{
-    bool is_near = false;
-    for_each_free_near(map, {at.x_m, at.y_m, 1.0f, 0.0f, 0.0f}, reach_m, [&](uint32_t slot) {
-        const Offset<float> from = {at.x_m, at.y_m};
-        is_near = distance2(from, map.index.free_part, map.index.beams[slot]) < reach_m * reach_m;
-        return !is_near;
-    });
-    return is_near;
-}
-
 bool is_known_free(gpom_map &map, const Point &at, const Margin &margin)
 {
     const float reach_m = margin.width * map.config.keep_m;
-    bool is_free = false;
-    for_each_free_near(map, {at.x_m, at.y_m, 1.0f, 0.0f, 0.0f}, reach_m, [&](uint32_t slot) {
-        is_free = is_on_free(map, map.index.beams[slot], at, margin);
-        return !is_free;
-    });
-    return is_free;
+    return !for_each_free_near(
+        map, {at.x_m, at.y_m, 1.0f, 0.0f, 0.0f}, reach_m,
+        [&](uint32_t slot) { return !is_on_free(map, map.index.beams[slot], at, margin); });
 }
 
 void clear_free(gpom_map &map, const Beam &hit)

@@ -26,9 +26,6 @@ constexpr Margin kPass = {0.15f, 0.05f};
 /// margins, as hits of one surface are keep_m apart and beams went between them.
 constexpr Margin kClear = {0.6f, 0.2f};
 
-/// True if a place is within reach of a free segment of a kept beam.
-bool is_near_free(gpom_map &map, const Point &at, float reach_m);
-
 /// True if a place lies on a free segment of a kept beam of another scan.
 bool is_known_free(gpom_map &map, const Point &at, const Margin &margin);
 

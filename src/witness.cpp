@@ -14,49 +14,33 @@ namespace
 constexpr uint32_t kArrivedCounts = 3;
 
 /// Lane vectors that a group fills.
-constexpr uint32_t kVectors = kGroup / static_cast<uint32_t>(kLanes);
+constexpr uint32_t kWidth = static_cast<uint32_t>(kLanes);
+constexpr uint32_t kVectors = kGroup / kWidth;
 
-/// kLanes new beams of a group, all from one place. Lanes beyond its last beam have no length and
-/// speak of nothing.
+/// Rounding of a place's distance from a beam, in parts of the beam's length.
+constexpr float kRounding = 4e-6f;
+
+/// kLanes new beams of a group, all from one place. Lanes beyond its last beam repeat it.
 struct BeamLanes {
     F dir_x, dir_y, length_m;
-    F returned; ///< 1: it ends at a surface.
-    F sure;
 };
 
-BeamLanes lanes_of(const Group &group, uint32_t i_vector)
-{
-    const F zero = lane::splat<F>(0.0f);
-    BeamLanes lanes = {zero, zero, zero, zero, zero};
-    for (int i = 0; i < kLanes; ++i) {
-        const uint32_t i_beam = i_vector * static_cast<uint32_t>(kLanes) + static_cast<uint32_t>(i);
-        if (i_beam < group.n) {
-            const Beam &beam = group.beams[i_beam];
-            lane::set(lanes.dir_x, i, beam.dir_x);
-            lane::set(lanes.dir_y, i, beam.dir_y);
-            lane::set(lanes.length_m, i, beam.range_m);
-            lane::set(lanes.returned, i, beam.returned != 0 ? 1.0f : 0.0f);
-            lane::set(lanes.sure, i, (group.sure >> i_beam & 1u) != 0 ? 1.0f : 0.0f);
-        }
-    }
-    return lanes;
-}
+/// The sector in which all beams of a group run, if it is less than half a turn.
+struct Fan {
+    Point right, left; ///< Directions of its edges: from right to left counter-clockwise.
+    bool is_wide;      ///< It is not less; then the edges say nothing.
+};
 
-/// True if one of the beams from a sensor comes within reach_m of the box: projections on the beam
-/// and across it.
-bool touches(const Point &sensor, const BeamLanes &s, const Box &box, float reach_m)
-{
-    const float from_x = 0.5f * (box.x_min_m + box.x_max_m) - sensor.x_m;
-    const float from_y = 0.5f * (box.y_min_m + box.y_max_m) - sensor.y_m;
-    const float half_x_m = 0.5f * (box.x_max_m - box.x_min_m);
-    const float half_y_m = 0.5f * (box.y_max_m - box.y_min_m);
-    const F along = from_x * s.dir_x + from_y * s.dir_y;
-    const F across = lane::abs(F(from_x * s.dir_y - from_y * s.dir_x));
-    const F half_along = half_x_m * lane::abs(s.dir_x) + half_y_m * lane::abs(s.dir_y) + reach_m;
-    const F half_across = half_x_m * lane::abs(s.dir_y) + half_y_m * lane::abs(s.dir_x) + reach_m;
-    return lane::any((across <= half_across) & (along >= -half_along) &
-                     (along <= s.length_m + half_along));
-}
+/// One group under judgement.
+struct Trial {
+    gpom_map &map;
+    Box box;       ///< Around all its beams, keep_m wider.
+    Point sensor;  ///< Where they start.
+    float reach_m; ///< keep_m, and by how much rounding may shorten a distance.
+    Fan fan;
+    const BeamLanes *lanes; ///< n_vectors of them hold all beams.
+    uint32_t n_vectors;
+};
 
 /// What one hit has to do with the beams of a group.
 struct Witnesses {
@@ -64,49 +48,123 @@ struct Witnesses {
     uint32_t passes; ///< Bit i: beam i runs past it.
 };
 
-/// One group under judgement.
-struct Trial {
-    gpom_map &map;
-    Box box;      ///< Around all its beams, keep_m wider.
-    Point sensor; ///< Where they start.
-    BeamLanes lanes[kVectors];
-};
-
-bool is_inside(const Box &box, const Point &p)
+BeamLanes lanes_of(const Group &group, uint32_t i_vector)
 {
-    return p.x_m >= box.x_min_m && p.x_m <= box.x_max_m && p.y_m >= box.y_min_m &&
-           p.y_m <= box.y_max_m;
+    BeamLanes lanes = {};
+    for (uint32_t i = 0; i < kWidth; ++i) {
+        const uint32_t i_beam = i_vector * kWidth + i;
+        const Beam &beam = group.beams[i_beam < group.n ? i_beam : group.n - 1];
+        lane::set(lanes.dir_x, static_cast<int>(i), beam.dir_x);
+        lane::set(lanes.dir_y, static_cast<int>(i), beam.dir_y);
+        lane::set(lanes.length_m, static_cast<int>(i), beam.range_m);
+    }
+    return lanes;
 }
 
-/// Compare a hit with kLanes beams of the group.
-Witnesses witnesses_of(const Trial &trial, uint32_t i_vector, const Point &at)
+/// How far `to` is to the left of the ray from the sensor along the direction `from`.
+float turn(const Point &from, const Point &to) { return from.x_m * to.y_m - from.y_m * to.x_m; }
+
+Fan fan_of(const Group &group)
 {
-    const float keep_m = trial.map.config.keep_m;
-    const BeamLanes &s = trial.lanes[i_vector];
-    const float from_x = at.x_m - trial.sensor.x_m;
-    const float from_y = at.y_m - trial.sensor.y_m;
-    const F across = lane::abs(F(from_x * s.dir_y - from_y * s.dir_x));
+    const Beam &middle = group.beams[group.n / 2];
+    const Point ahead = {middle.dir_x, middle.dir_y};
+    Fan fan = {ahead, ahead, false};
+    for (uint32_t i = 0; i < group.n; ++i) {
+        const Point dir = {group.beams[i].dir_x, group.beams[i].dir_y};
+        fan.is_wide = fan.is_wide || !(ahead.x_m * dir.x_m + ahead.y_m * dir.y_m > 0.0f);
+        fan.right = turn(fan.right, dir) < 0.0f ? dir : fan.right;
+        fan.left = turn(fan.left, dir) > 0.0f ? dir : fan.left;
+    }
+    return fan;
+}
+
+/// True if a place, from the sensor on, is in the sector or at most reach_m outside either edge.
+bool is_between(const Fan &fan, const Point &at, float reach_m)
+{
+    return (turn(fan.right, at) >= -reach_m) & (turn(fan.left, at) <= reach_m);
+}
+
+/// The same of any place of a box, half of which reaches `half` to either side of its centre.
+bool is_between(const Fan &fan, const Point &centre, const Point &half, float reach_m)
+{
+    const float beside_right =
+        half.x_m * lane::abs(fan.right.y_m) + half.y_m * lane::abs(fan.right.x_m);
+    const float beside_left =
+        half.x_m * lane::abs(fan.left.y_m) + half.y_m * lane::abs(fan.left.x_m);
+    return (turn(fan.right, centre) >= -(reach_m + beside_right)) &
+           (turn(fan.left, centre) <= reach_m + beside_left);
+}
+
+/// True if one of kLanes beams comes within reach_m of a box, from the sensor on: projections on
+/// the beam and across it.
+bool touches(const BeamLanes &s, const Point &centre, const Point &half, float reach_m)
+{
+    const F along = centre.x_m * s.dir_x + centre.y_m * s.dir_y;
+    const F across = lane::abs(F(centre.x_m * s.dir_y - centre.y_m * s.dir_x));
+    const F half_along = half.x_m * lane::abs(s.dir_x) + half.y_m * lane::abs(s.dir_y) + reach_m;
+    const F half_across = half.x_m * lane::abs(s.dir_y) + half.y_m * lane::abs(s.dir_x) + reach_m;
+    return lane::any((across <= half_across) & (along >= -half_along) &
+                     (along <= s.length_m + half_along));
+}
+
+/// True if there may be hits in a box that a beam of the group ends at or passes. The sector of a
+/// group tells almost as well as its beams one by one, which are asked only where it has none.
+bool may_matter(const Trial &trial, const Box &box)
+{
+    if (!are_near(box, trial.box, 0.0f)) {
+        return false;
+    }
+    const Point centre = {0.5f * (box.x_min_m + box.x_max_m) - trial.sensor.x_m,
+                          0.5f * (box.y_min_m + box.y_max_m) - trial.sensor.y_m};
+    const Point half = {0.5f * (box.x_max_m - box.x_min_m), 0.5f * (box.y_max_m - box.y_min_m)};
+    if (!trial.fan.is_wide) {
+        return is_between(trial.fan, centre, half, trial.reach_m);
+    }
+    for (uint32_t v = 0; v < trial.n_vectors; ++v) {
+        if (touches(trial.lanes[v], centre, half, trial.reach_m)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// The same of one hit.
+bool may_matter(const Trial &trial, const Point &at)
+{
+    const bool is_inside = (at.x_m >= trial.box.x_min_m) & (at.x_m <= trial.box.x_max_m) &
+                           (at.y_m >= trial.box.y_min_m) & (at.y_m <= trial.box.y_max_m);
+    const Point from = {at.x_m - trial.sensor.x_m, at.y_m - trial.sensor.y_m};
+    return is_inside && (trial.fan.is_wide || is_between(trial.fan, from, trial.reach_m));
+}
+
+/// Compare a hit, from the sensor on, with kLanes beams: which end at it if they returned, and which
+/// pass it if they are sure.
+Witnesses witnesses_of(const BeamLanes &s, const Point &from, float keep_m)
+{
+    const F across = lane::abs(F(from.x_m * s.dir_y - from.y_m * s.dir_x));
     if (!lane::any(across < keep_m)) {
         return {0, 0};
     }
-    const F along = from_x * s.dir_x + from_y * s.dir_y;
+    const F along = from.x_m * s.dir_x + from.y_m * s.dir_y;
     const F to_go = s.length_m - along;
     const F gap2 = across * across + to_go * to_go;
     const F width = lane::min(F(kPass.slope * to_go), lane::splat<F>(kPass.width * keep_m));
-    const auto ends = (s.returned > 0.0f) & (gap2 < keep_m * keep_m);
-    const auto passes = (s.sure > 0.0f) & (along > 0.0f) & (to_go > keep_m) & (across < width);
-    return {lane::bits_of_mask(ends), lane::bits_of_mask(passes)};
+    const auto passes = (along > 0.0f) & (to_go > keep_m) & (across < width);
+    return {lane::bits_of_mask(gap2 < keep_m * keep_m), lane::bits_of_mask(passes)};
 }
 
+/// Compare a hit with all beams of the group.
 Witnesses witnesses_of(const Trial &trial, const Point &at)
 {
+    const Group &group = trial.map.keeper.group;
+    const Point from = {at.x_m - trial.sensor.x_m, at.y_m - trial.sensor.y_m};
     Witnesses all = {0, 0};
-    for (uint32_t v = 0; v < kVectors; ++v) {
-        const Witnesses some = witnesses_of(trial, v, at);
-        all.ends |= some.ends << (v * static_cast<uint32_t>(kLanes));
-        all.passes |= some.passes << (v * static_cast<uint32_t>(kLanes));
+    for (uint32_t v = 0; v < trial.n_vectors; ++v) {
+        const Witnesses some = witnesses_of(trial.lanes[v], from, trial.map.config.keep_m);
+        all.ends |= some.ends << (v * kWidth);
+        all.passes |= some.passes << (v * kWidth);
     }
-    return all;
+    return {all.ends & group.returned, all.passes & group.sure};
 }
 
 /// A scan saw the hit again: one count more if at another time, and whoever saw through it erred.
@@ -140,10 +198,10 @@ void offer_renewal(gpom_map &map, uint32_t ends, uint32_t slot)
 {
     Group &group = map.keeper.group;
     const Beam *const beams = map.index.beams;
-    for (uint32_t i = 0; i < group.n; ++i) {
-        const uint32_t other = group.renews[i];
-        if ((ends >> i & 1u) != 0 && (other == kNoSlot || beams[slot].id < beams[other].id)) {
-            group.renews[i] = slot;
+    for (uint32_t left = ends; left != 0; left &= left - 1) {
+        uint32_t &oldest = group.renews[__builtin_ctz(left)];
+        if (oldest == kNoSlot || beams[slot].id < beams[oldest].id) {
+            oldest = slot;
         }
     }
 }
@@ -178,17 +236,13 @@ bool contradict(gpom_map &map, uint32_t slot)
 
 /// Let the group's beams speak for or against one kept hit; one of their own scan only makes their
 /// returns known.
-void judge_hit(Trial &trial, uint32_t slot)
+void judge_hit(const Trial &trial, uint32_t slot)
 {
     gpom_map &map = trial.map;
     Group &group = map.keeper.group;
     Beam &beam = map.index.beams[slot];
-    const Point at = end_of(beam);
-    if (!is_inside(trial.box, at)) {
-        return;
-    }
     const bool was_provisional = beam.provisional != 0;
-    const Witnesses witnesses = witnesses_of(trial, at);
+    const Witnesses witnesses = witnesses_of(trial, end_of(beam));
     group.known |= witnesses.ends;
     if (beam.id >= map.keeper.scan_first_id) {
         return;
@@ -208,16 +262,32 @@ void judge_hit(Trial &trial, uint32_t slot)
 
 Box box_around(const Group &group, float reach_m)
 {
-    Box box = {FLT_MAX, FLT_MAX, -FLT_MAX, -FLT_MAX};
+    Box box = empty_box();
     for (uint32_t i = 0; i < group.n; ++i) {
         const Beam &beam = group.beams[i];
         const Point end = end_of(beam);
-        box = {lane::min(box.x_min_m, lane::min(beam.x_m, end.x_m) - reach_m),
-               lane::min(box.y_min_m, lane::min(beam.y_m, end.y_m) - reach_m),
-               lane::max(box.x_max_m, lane::max(beam.x_m, end.x_m) + reach_m),
-               lane::max(box.y_max_m, lane::max(beam.y_m, end.y_m) + reach_m)};
+        box = {lane::min(box.x_min_m, lane::min(beam.x_m, end.x_m)),
+               lane::min(box.y_min_m, lane::min(beam.y_m, end.y_m)),
+               lane::max(box.x_max_m, lane::max(beam.x_m, end.x_m)),
+               lane::max(box.y_max_m, lane::max(beam.y_m, end.y_m))};
     }
-    return box;
+    return {box.x_min_m - reach_m, box.y_min_m - reach_m, box.x_max_m + reach_m,
+            box.y_max_m + reach_m};
+}
+
+/// Fills `lanes`, kVectors of them.
+Trial trial_of(gpom_map &map, BeamLanes *lanes)
+{
+    const Group &group = map.keeper.group;
+    const float keep_m = map.config.keep_m;
+    const Box box = box_around(group, keep_m);
+    const Point sensor = {group.beams[0].x_m, group.beams[0].y_m};
+    const float length_m = lane::max(box.x_max_m - box.x_min_m, box.y_max_m - box.y_min_m);
+    const uint32_t n_vectors = (group.n + kWidth - 1) / kWidth;
+    for (uint32_t v = 0; v < n_vectors; ++v) {
+        lanes[v] = lanes_of(group, v);
+    }
+    return {map, box, sensor, keep_m + kRounding * length_m, fan_of(group), lanes, n_vectors};
 }
 
 } // namespace
@@ -225,25 +295,17 @@ Box box_around(const Group &group, float reach_m)
 /// Compare all kept hits near a group's beams with them.
 void judge(gpom_map &map)
 {
-    Group &group = map.keeper.group;
-    const Point sensor = {group.beams[0].x_m, group.beams[0].y_m};
-    Trial trial = {map, box_around(group, map.config.keep_m), sensor, {}};
-    for (uint32_t v = 0; v < kVectors; ++v) {
-        trial.lanes[v] = lanes_of(group, v);
-    }
-    const auto touches_any = [&](const Box &box) {
-        if (!are_near(box, trial.box, 0.0f)) {
-            return false;
-        }
-        for (uint32_t v = 0; v < kVectors; ++v) {
-            if (touches(trial.sensor, trial.lanes[v], box, map.config.keep_m)) {
-                return true;
+    BeamLanes lanes[kVectors];
+    const Trial trial = trial_of(map, lanes);
+    walk(
+        map.index, map.index.hit_part, map.keeper.hit_stack,
+        [&](const Box &box) { return may_matter(trial, box); },
+        [&](uint32_t slot) {
+            if (may_matter(trial, end_of(map.index.beams[slot]))) {
+                judge_hit(trial, slot);
             }
-        }
-        return false;
-    };
-    walk(map.index, map.index.hit_part, map.keeper.hit_stack, touches_any,
-         [&](uint32_t slot) { judge_hit(trial, slot); });
+            return true;
+        });
 }
 
 } // namespace gpom

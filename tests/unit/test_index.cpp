@@ -230,6 +230,19 @@ struct Life {
         }
         REQUIRE(is_same);
     }
+
+    /// Is a free segment near a place? As brute force has it. Returns it.
+    bool check_near_free()
+    {
+        const Xy q = {random.uniform(-25, 25), random.uniform(-25, 25)};
+        const gpom::Point at = {static_cast<float>(q.x), static_cast<float>(q.y)};
+        const float reach_m = random.uniform_f(0.05, 4.0);
+        gpom::Subtree stack[gpom::kDepthMax];
+        const std::vector<Ranked> truth = brute_force(q, index.free_part);
+        const bool is_near = !truth.empty() && truth.front().d2 < reach_m * reach_m;
+        REQUIRE(gpom::is_near_free(index, stack, at, reach_m) == is_near);
+        return is_near;
+    }
 };
 
 /// A life of n changes; returns the bytes of the map afterwards. The same memory and the same fill
@@ -258,6 +271,7 @@ TEST_CASE("searches equal brute force while beams come and go")
     GPOM_TELL_SEED();
     TestMap map(index_config());
     Life life(map.get()->index, 120);
+    int n_near = 0, n_checks = 0;
     for (int i = 0; i < 10000; ++i) {
         CAPTURE(i);
         life.change(i);
@@ -267,6 +281,8 @@ TEST_CASE("searches equal brute force while beams come and go")
         life.check_store();
         life.check_search<1>(life.index.hit_part);
         life.check_search<1>(life.index.free_part);
+        n_near += life.check_near_free() ? 1 : 0;
+        ++n_checks;
         if (i % 20 == 0) {
             life.check_search<16>(life.index.hit_part);
             life.check_search<16>(life.index.free_part);
@@ -275,6 +291,8 @@ TEST_CASE("searches equal brute force while beams come and go")
             life.build(i);
         }
     }
+    CHECK(n_near > n_checks / 10);
+    CHECK(n_near < n_checks * 9 / 10);
     CHECK(life.n_overflows > 100); // the ring of recent beams was too short
     CHECK(life.n_reused_in_build > 100);
     CHECK(life.n_full > 100);
