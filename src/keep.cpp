@@ -39,11 +39,22 @@ struct NearHits {
     Found<float> best[2];
 };
 
-NearHits near_hits(gpom_map &map, const Point &at, float within2_m2)
+/// Once one is nearer than `enough2`, others are not looked for.
+NearHits near_hits(gpom_map &map, const Point &at, float within2_m2, float enough2_m2)
 {
     NearHits near = {{{within2_m2, kNoId, -1}, {within2_m2, kNoId, -1}}};
     NearestK<float> nearest = {near.best, 2, 2};
-    search(nearest, {at.x_m, at.y_m}, map.index, map.index.hit_part, map.keeper.hit_stack);
+    const Index &index = map.index;
+    walk(
+        index, index.hit_part, map.keeper.hit_stack,
+        [&](const Box &box) {
+            return box_distance2(box, at.x_m, at.y_m) <= box_reach2(nearest.worst());
+        },
+        [&](uint32_t slot) {
+            const Listed listed = {index.beams, slot, {0, index.next_id}};
+            offer_beam(nearest, Offset<float>{at.x_m, at.y_m}, index.hit_part, listed);
+            return !(near.best[0].d2 < enough2_m2);
+        });
     return near;
 }
 
@@ -51,7 +62,7 @@ NearHits near_hits(gpom_map &map, const Point &at, float within2_m2)
 /// `most2_m2` if that is less.
 float gap2_of(gpom_map &map, const Beam &beam, uint32_t own_id, float most2_m2)
 {
-    const NearHits near = near_hits(map, end_of(beam), most2_m2);
+    const NearHits near = near_hits(map, end_of(beam), most2_m2, 0.0f);
     return near.best[near.best[0].id == static_cast<int32_t>(own_id) ? 1 : 0].d2;
 }
 
@@ -173,8 +184,8 @@ bool is_new(gpom_map &map, Beam &beam, bool is_sure)
     if (beam.returned == 0) {
         return !is_near_free(map.index, map.keeper.free_stack, at, kFreeSpacing * keep_m);
     }
-    const NearHits near = near_hits(map, at, square(kAloneGap * keep_m));
-    if (near.best[0].d2 < keep_m * keep_m) {
+    const NearHits near = near_hits(map, at, square(kAloneGap * keep_m), square(keep_m));
+    if (near.best[0].d2 < square(keep_m)) {
         return false;
     }
     if (is_sure && map.config.clear_scans > 0) {
