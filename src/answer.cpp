@@ -200,6 +200,7 @@ unsigned answer_points(const gpom_map &map, const gpom_point_list &points, gpom_
             flags |= answer_packet(map, work, answers);
         }
     }
+    lane::clear_upper_parts();
     return flags;
 }
 
@@ -216,6 +217,7 @@ unsigned answer_raster(const gpom_map &map, const gpom_raster_t &raster, gpom_an
             flags |= answer_packet(map, work, answers);
         }
     }
+    lane::clear_upper_parts();
     return flags;
 }
 

@@ -97,6 +97,15 @@ template <class V, class T> inline void set(V &lanes, int i, T value)
 constexpr unsigned short kAllLanes = 0xffff;
 constexpr int kRoundAsSet = 4;
 
+/// To be called where the hot path ends: what AVX leaves in the upper parts of registers slows down
+/// all that the caller computes with SSE after it, and GCC does not clear them on every way out.
+inline void clear_upper_parts()
+{
+#if defined(__AVX__)
+    __builtin_ia32_vzeroupper();
+#endif
+}
+
 /// mask ? a : b, lane by lane.
 template <class M, class V> inline V select(M mask, V a, V b) { return mask ? a : b; }
 
