@@ -38,9 +38,11 @@ struct Data {
     int tiles, n_scans, n_beams;
     double step_m;
     float keep_m; ///< 0: every beam is kept.
+    const char *kernel = "matern12";
 };
 
 constexpr Data kSparse = {"sparse", 1, 28, 17, 8.0, 0.0f};
+constexpr Data kPaper = {"sparse-nn", 1, 28, 17, 8.0, 0.0f, "nn"};
 constexpr Data kWide[] = {{"wide-12k", 5, 28, 17, 8.0, 0.0f}, {"wide-500k", 33, 28, 17, 8.0, 0.0f}};
 constexpr Data kDense = {"dense-50k", 1, 280, 181, 0.8, 0.0f};
 constexpr Data kThinned = {"thinned-50k", 1, 280, 181, 0.8, 0.5f};

@@ -62,7 +62,20 @@ std::vector<Neighbour> nearest_by_tree(const gpom::Index &index, const Part &par
     return found;
 }
 
-/// Probability by eqs. 1-3 and 7 with Matern-1/2 in the query's frame.
+/// Eq. 4 if the covariance is the neural network's, else Matern-1/2.
+inline float plain_covariance(const gpom_params_t &params, const Eigen::Vector2f &p,
+                              const Eigen::Vector2f &q)
+{
+    if (params.kernel == GPOM_KERNEL_NN) {
+        const float pq = 2.0f * (params.s0 + params.s1 * p.dot(q));
+        const float pp = 2.0f * (params.s0 + params.s1 * p.dot(p));
+        const float qq = 2.0f * (params.s0 + params.s1 * q.dot(q));
+        return params.sf2 * std::asin(pq / std::sqrt((1.0f + pp) * (1.0f + qq)));
+    }
+    return params.sf2 * std::exp(-(p - q).norm() / params.ell_m);
+}
+
+/// Probability by eqs. 1-3 and 7 in the query's frame.
 inline float plain_probability(const gpom_params_t &params, const std::vector<Neighbour> &hits,
                                const std::vector<Neighbour> &free)
 {
@@ -72,19 +85,19 @@ inline float plain_probability(const gpom_params_t &params, const std::vector<Ne
     const auto n_hits = static_cast<Eigen::Index>(hits.size());
     Eigen::MatrixXf K(n, n);
     Eigen::VectorXf ks(n), y(n);
+    const Eigen::Vector2f query(0.0f, 0.0f);
     for (Eigen::Index i = 0; i < n; ++i) {
         const Eigen::Vector2f &p = points[static_cast<std::size_t>(i)].at;
         for (Eigen::Index j = 0; j < n; ++j) {
-            const float r_m = (p - points[static_cast<std::size_t>(j)].at).norm();
-            K(i, j) = params.sf2 * std::exp(-r_m / params.ell_m);
+            K(i, j) = plain_covariance(params, p, points[static_cast<std::size_t>(j)].at);
         }
         K(i, i) += i < n_hits ? params.sn2 : params.sn2_free;
-        ks(i) = params.sf2 * std::exp(-p.norm() / params.ell_m);
+        ks(i) = plain_covariance(params, p, query);
         y(i) = i < n_hits ? 1.0f : -1.0f;
     }
     const Eigen::LLT<Eigen::MatrixXf> llt(K);
     const float mean = ks.dot(llt.solve(y));
-    const float variance = params.sf2 - ks.dot(llt.solve(ks));
+    const float variance = plain_covariance(params, query, query) - ks.dot(llt.solve(ks));
     const float spread = std::sqrt(1.0f + params.alpha * params.alpha * variance);
     return 0.5f * std::erfc(-(params.alpha * mean + params.beta) / spread / std::sqrt(2.0f));
 }

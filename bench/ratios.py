@@ -7,7 +7,7 @@ First a line for each map and n: queries a second in rasters and lists, and how 
 as plain Eigen with brute force, with the tree, and scikit-learn (another process of the same run,
 if it is installed); the time of a whole query over that of nanoflann's search of the hits alone;
 the solve alone, covariances included, as a part of the measured peak of multiply-adds (two
-operations each). Then whole maps beside the paper's times, a
+operations each). The covariance is Matern-1/2, of maps named -nn the paper's. Then whole maps beside the paper's times, a
 real log, building and inserting, and the two solves of many neighbours.
 """
 import json
@@ -49,8 +49,10 @@ def print_queries(run, sklearn):
         of, n, raster = f"/{match[1]}/n{match[2]}", int(match[2]), row["items_per_second"]
         listed, brute, tree, hits = [run.rate(other + of) for other in
                                      ("points", "eigen-brute", "eigen-tree", "nanoflann-hits")]
-        peer = sklearn.get(f"n{n}", {}).get("queries_per_second", math.nan)
-        share = 100 * run.rate(f"solve/matern12/n{n}") / (2 * peak)
+        kernel = "nn" if match[1].endswith("-nn") else "matern12"
+        peer = math.nan if kernel == "nn" else sklearn.get(f"n{n}", {}).get(
+            "queries_per_second", math.nan)
+        share = 100 * run.rate(f"solve/{kernel}/n{n}") / (2 * peak)
         print(f"{match[1]:<12} {n:>3} {raster:9.3g} {listed:9.3g} {raster / brute:8.1f} "
               f"{raster / tree:7.1f} {raster / peer:9.0f} {hits / raster:17.2f} {share:12.0f} %")
     for n in (16, 32):

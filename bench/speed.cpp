@@ -33,7 +33,7 @@ Place &place_of(const Data &data, std::size_t n)
     static std::map<std::pair<std::string, std::size_t>, std::unique_ptr<Place>> places;
     auto &place = places[{data.name, n}];
     if (!place) {
-        place = std::make_unique<Place>(data, params_of("matern12", n));
+        place = std::make_unique<Place>(data, params_of(data.kernel, n));
     }
     return *place;
 }
@@ -152,7 +152,7 @@ void build(benchmark::State &state, const Data &data)
 /// All scans into an empty map, a step of 20,000 operations after each.
 void insert(benchmark::State &state, const Data &data)
 {
-    Place place(data, params_of("matern12", 16));
+    Place place(data, params_of(data.kernel, 16));
     for (auto _ : state) {
         place.clear();
         for (std::size_t i = 0; i < place.n_scans(); ++i) {
@@ -399,6 +399,7 @@ void add_all()
     add_many_neighbours();
     for (const std::size_t n : {16u, 24u, 32u, 48u, 64u}) {
         add_queries(kSparse, n);
+        add_queries(kPaper, n);
         for (const char *const kernel : {"matern12", "nn", "askey"}) {
             add(std::string("solve/") + kernel + "/n" + std::to_string(n), solve_alone, kernel, n);
         }
