@@ -41,29 +41,57 @@ inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, uint32_t n)
     }
 }
 
-/// One chosen neighbour of each lane; a lane without one has its own query, of no length.
+/// One chosen neighbour of each lane: the point from its query, and its beam. A lane without one has
+/// zeros.
 struct Gathered {
-    SegmentLanes<F> segment;
-    F excess;
+    Offset<F> point;
+    F dir_x, dir_y, excess;
 };
 
+/// Where queries near each other share their neighbours: each different beam is looked at once, for
+/// all lanes, and kept where it was chosen. n_beams: how many there were.
 template <class Part>
-Gathered gather_one(const Beam *beams, const Offset<F> &at, const Part &part, I slots)
+Gathered gather_shared(const Beam *beams, const Offset<F> &at, const Part &part, I slots,
+                       uint32_t &n_beams)
 {
-    Gathered gathered = {};
+    const F zero = lane::splat<F>(0.0f);
+    Gathered all = {{zero, zero}, zero, zero, zero};
+    n_beams = 0;
+    for (uint32_t left = lane::bits_of_mask(slots >= 0); left != 0; ++n_beams) {
+        const int32_t slot = lane::get(slots, __builtin_ctz(left));
+        const auto is_here = slots == lane::splat_int<I>(slot);
+        const SegmentLanes<F> own = splat<F>(part(beams[slot]));
+        const Offset<F> point = to_segment(at, own);
+        all.point.x_m = lane::select(is_here, point.x_m, all.point.x_m);
+        all.point.y_m = lane::select(is_here, point.y_m, all.point.y_m);
+        all.dir_x = lane::select(is_here, own.dir_x, all.dir_x);
+        all.dir_y = lane::select(is_here, own.dir_y, all.dir_y);
+        all.excess = lane::select(is_here, lane::splat<F>(beams[slot].excess), all.excess);
+        left &= ~lane::bits_of_mask(is_here);
+    }
+    return all;
+}
+
+/// The same lane by lane: faster where most lanes have a beam of their own.
+template <class Part>
+Gathered gather_each(const Beam *beams, const Offset<F> &at, const Part &part, I slots)
+{
+    SegmentLanes<F> own = {};
+    F excess = lane::splat<F>(0.0f);
     for (int i = 0; i < kLanes; ++i) {
         const int32_t slot = lane::get(slots, i);
         Segment segment = {lane::get(at.x_m, i), lane::get(at.y_m, i), 0.0f, 0.0f, 0.0f};
-        float excess = 0.0f;
         if (slot >= 0) {
             segment = part(beams[slot]);
-            excess = beams[slot].excess;
+            lane::set(excess, i, beams[slot].excess);
         }
-        set_segment(gathered.segment, i, segment);
-        lane::set(gathered.excess, i, excess);
+        set_segment(own, i, segment);
     }
-    return gathered;
+    return {to_segment(at, own), own.dir_x, own.dir_y, excess};
 }
+
+/// More different beams than this are gathered lane by lane.
+constexpr uint32_t kSharedMax = kLanes == 1 ? 1 : static_cast<uint32_t>(kLanes) * 3 / 8;
 
 /// Where the neighbours of a kind go in the neighbourhood, and the noise variance of a known one.
 struct GatherTo {
@@ -83,17 +111,18 @@ F gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const
     const bool has_vote = map.config.params.vote != 0.0f;
     const Beam *const beams = map.index.beams;
     F facing_sum = lane::splat<F>(0.0f);
+    uint32_t n_beams = 0; // of the rank before
     for (size_t j = 0; j < to.n; ++j) {
-        const Gathered own = gather_one(beams, at, part, nearest.best[j].slot);
-        const Offset<F> point = to_segment(at, own.segment);
+        const I slots = nearest.best[j].slot;
+        const Gathered own = n_beams <= kSharedMax ? gather_shared(beams, at, part, slots, n_beams)
+                                                   : gather_each(beams, at, part, slots);
         const F own_noise = noise_of(to.sn2, prior_variance, own.excess);
-        points.x_m[to.first + j] = point.x_m;
-        points.y_m[to.first + j] = point.y_m;
+        points.x_m[to.first + j] = own.point.x_m;
+        points.y_m[to.first + j] = own.point.y_m;
         points.noise[to.first + j] =
-            lane::select(nearest.best[j].slot >= 0, own_noise, lane::splat<F>(kAbsentNoise));
+            lane::select(slots >= 0, own_noise, lane::splat<F>(kAbsentNoise));
         if (has_vote) {
-            facing_sum =
-                facing_sum + facing(point.x_m, point.y_m, own.segment.dir_x, own.segment.dir_y);
+            facing_sum = facing_sum + facing(own.point.x_m, own.point.y_m, own.dir_x, own.dir_y);
         }
     }
     return facing_sum;

@@ -358,8 +358,9 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
 
 
 def test_results_of_nothing_are_refused(run, tool, tmp_path):
-    done = results(run, tool, tmp_path, tmp_path / "out.md", "--streets", 0)
-    refused(done, "gpom-results", "no logs and no streets")
+    done = results(run, tool, tmp_path, tmp_path / "out.md", "--streets", 0, "--drive", 0,
+                   "--odometry", 0)
+    refused(done, "gpom-results", "no logs, no streets and no drives")
     refused(results(run, tool, tmp_path, tmp_path / "out.md", "--seeds", "x"), "gpom-results",
             "--seeds")
     assert list(tmp_path.iterdir()) == []
