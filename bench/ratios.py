@@ -7,7 +7,8 @@ First a line for each map and n: queries a second in rasters and lists, and how 
 as plain Eigen with brute force, with the tree, and scikit-learn (another process of the same run,
 if it is installed); the time of a whole query over that of nanoflann's search of the hits alone;
 the solve alone, covariances included, as a part of the measured peak of multiply-adds (two
-operations each). The covariance is Matern-1/2, of maps named -nn the paper's. Then whole maps beside the paper's times, a
+operations each). The covariance is Matern-1/2, of maps named -nn the paper's. Then whole maps
+beside the paper's times, a
 real log, building and inserting, and the two solves of many neighbours.
 """
 import json

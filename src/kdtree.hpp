@@ -51,8 +51,8 @@ inline void include(Box &box, const Segment &s)
            lane::max(box.y_max_m, lane::max(s.y_m, end.y_m) + slack_m)};
 }
 
-/// True if two boxes come within reach_m of each other, in x and in y. All four comparisons at once:
-/// which of them fails first, no processor guesses.
+/// True if two boxes come within reach_m of each other, in x and in y. All four comparisons at
+/// once: which of them fails first, no processor guesses.
 inline bool are_near(const Box &a, const Box &b, float reach_m)
 {
     return (a.x_min_m <= b.x_max_m + reach_m) & (b.x_min_m <= a.x_max_m + reach_m) &

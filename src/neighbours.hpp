@@ -41,8 +41,8 @@ inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, uint32_t n)
     }
 }
 
-/// One chosen neighbour of each lane: the point from its query, and its beam. A lane without one has
-/// zeros.
+/// One chosen neighbour of each lane: the point from its query, and its beam. A lane without one
+/// has zeros.
 struct Gathered {
     Offset<F> point;
     F dir_x, dir_y, excess;

@@ -137,8 +137,8 @@ bool may_matter(const Trial &trial, const Point &at)
     return is_inside && (trial.fan.is_wide || is_between(trial.fan, from, trial.reach_m));
 }
 
-/// Compare a hit, from the sensor on, with kLanes beams: which end at it if they returned, and which
-/// pass it if they are sure.
+/// Compare a hit, from the sensor on, with kLanes beams: which end at it if they returned, and
+/// which pass it if they are sure.
 Witnesses witnesses_of(const BeamLanes &s, const Point &from, float keep_m)
 {
     const F across = lane::abs(F(from.x_m * s.dir_y - from.y_m * s.dir_x));

@@ -81,8 +81,8 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *          GPOM_ERR_ARG    pose not finite or covariance not valid; counted, map unchanged.
  *          GPOM_ERR_REACH  sensor beyond GPOM_REACH_M of the origin; counted, map unchanged.
  *  Cost    O(n_ranges (1 + n_masks)), 60 arithmetic operations a beam; with keep_m > 0, for each 16
- *          beams one walk of the hit tree, for each that ends at no kept hit one of either tree, for
- *          each new return up to two more and, when full, five more: a walk tests at most
+ *          beams one walk of the hit tree, for each that ends at no kept hit one of either tree,
+ *          for each new return up to two more and, when full, five more: a walk tests at most
  *          n_beams / 4 boxes and looks at n_beams beams, in practice a few dozen of each.
  *          Never waits for gpom_map_step(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
