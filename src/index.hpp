@@ -110,6 +110,21 @@ inline const KdTree &tree_of(const Index &index, const FreePart &) { return inde
 inline const Box &box_of(const RecentBlock &block, const HitPart &) { return block.hits; }
 inline const Box &box_of(const RecentBlock &block, const FreePart &) { return block.free; }
 
+/// Visit the slots of a block's beams whose ids are in a range, the youngest first, while
+/// visit(slot) is true. False if a visit was not.
+template <class Visit>
+bool for_each_of_block(const Index &index, const RecentBlock &block, const IdRange &ids,
+                       const Visit &visit)
+{
+    for (uint32_t id = ids.end; id > ids.first;) {
+        const uint32_t slot = block.slots[--id % kRecentBlock];
+        if (index.beams[slot].id == id && !visit(slot)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 /// Visit the slots of the recent beams that may have a part of this kind in touches(box), the
 /// youngest first, while visit(slot) is true: those in blocks whose box does, or, once the recent
 /// are more than the blocks hold, the whole store. False if a visit was not.
@@ -131,13 +146,9 @@ bool for_each_recent(const Index &index, const Part &part, const Touches &touche
         const uint32_t block_first = number * kRecentBlock;
         const uint32_t first = block_first > ids.first ? block_first : ids.first;
         const RecentBlock &block = index.recent[number % index.n_recent_max];
-        if (block.number == number && touches(box_of(block, part))) {
-            for (uint32_t id = end - 1; id + 1 > first; --id) {
-                const uint32_t slot = block.slots[id - block_first];
-                if (index.beams[slot].id == id && !visit(slot)) {
-                    return false;
-                }
-            }
+        if (block.number == number && touches(box_of(block, part)) &&
+            !for_each_of_block(index, block, {first, end}, visit)) {
+            return false;
         }
         end = first;
     }
