@@ -391,10 +391,11 @@ where over 5 % of the occupied points have the least probability that a clamped 
 SHARE_TITLES = {0.04: "4 %", 0.25: "25 %", 1.0: "100 % (90 % for the map)"}
 
 
-SPEED = """Medians of one run on one core: the paper's model, Matern-1/2, n points, half hits.
-*x brute*, *x tree*: against plain Eigen of dynamic size with brute force, and with our tree.
-*x sklearn*: against scikit-learn's solve alone. *time / nanoflann*: a whole query over nanoflann's
-search of the hits alone. *solve of peak*: part of the measured peak of multiply-adds.
+SPEED = """Medians of one run on one core: the paper's model with Matern-1/2, of maps named -nn
+with the paper's covariance; n points, half of them hits. *x brute*, *x tree*: against plain Eigen of dynamic
+size with brute force, and with our tree, both compiled for any x86-64. *x sklearn*: against
+scikit-learn's solve alone. *time / nanoflann*: a whole query over nanoflann's search of the hits
+alone. *solve of peak*: part of the measured peak of multiply-adds.
 """
 
 
@@ -469,12 +470,14 @@ def odometry_sections(figures, jobs, n_seeds):
 
 
 def speed_sections(bench):
+    """All that `make bench` printed but the solves of many neighbours, which have their table."""
     if bench is None:
         return
     yield "## Speed beside others\n"
     yield "```\nmake bench\n```\n"
     yield SPEED
-    yield f"```\n{(bench / 'ratios.txt').read_text(encoding='utf-8')}```\n"
+    lines = (bench / "ratios.txt").read_text(encoding="utf-8").splitlines()
+    yield "\n".join(["```", *(line for line in lines if not line.startswith("n = ")), "```\n"])
 
 
 def document(figures, jobs, arguments, logs):
