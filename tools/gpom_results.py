@@ -392,10 +392,10 @@ SHARE_TITLES = {0.04: "4 %", 0.25: "25 %", 1.0: "100 % (90 % for the map)"}
 
 
 SPEED = """Medians of one run on one core: the paper's model with Matern-1/2, of maps named -nn
-with the paper's covariance; n points, half of them hits. *x brute*, *x tree*: against plain Eigen of dynamic
-size with brute force, and with our tree, both compiled for any x86-64. *x sklearn*: against
-scikit-learn's solve alone. *time / nanoflann*: a whole query over nanoflann's search of the hits
-alone. *solve of peak*: part of the measured peak of multiply-adds.
+with the paper's covariance; n points, half of them hits. *x brute*, *x tree*: against plain Eigen
+of dynamic size with brute force, and with our tree, both compiled for any x86-64. *x sklearn*:
+against scikit-learn's solve alone. *time / nanoflann*: a whole query over nanoflann's search of the
+hits alone. *solve of peak*: part of the measured peak of multiply-adds.
 """
 
 
