@@ -81,6 +81,13 @@ const char *CanPort::next_news()
     return nullptr;
 }
 
+void CanPort::open()
+{
+    if (is_used()) {
+        try_open(monotonic_us());
+    }
+}
+
 void CanPort::run(const std::atomic<bool> &stop)
 {
     if (!is_used()) {

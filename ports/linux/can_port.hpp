@@ -29,6 +29,8 @@ public:
     static std::size_t need(const Config &config);
     void init(const Config &config, Memory &memory, const CanLinks &links);
 
+    /// Take frames from now on, if the interface is there; `run` goes on looking for it.
+    void open();
     /// Work until `stop`, then say that it ends; nothing if CAN is not configured.
     void run(const std::atomic<bool> &stop);
 

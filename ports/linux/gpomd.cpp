@@ -362,6 +362,7 @@ void Daemon::run()
     check();
     restore();
     subscribe();
+    can_.open();
     run_threads(signals);
     log_drops();
     log("stopped after " + std::to_string(counts_[GPOM_WIRE_SCANS_INSERTED]) + " scans");

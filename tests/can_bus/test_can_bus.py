@@ -56,6 +56,14 @@ def test_every_fault_of_a_frame_raises_its_counter_alone(start, bus, watch):
     assert "CAN frames with a wrong CRC" in output_of(daemon)
 
 
+def test_a_daemon_that_says_ready_takes_the_next_frame(start, bus, watch):
+    begin(start)
+    bus.drive(1.0)
+    assert watch.collect(PATIENCE_S, lambda: watch.status is not None and
+                         watch.status["counts"]["can_received"] == 1), watch.status
+    assert watch.status["counts"]["can_lost"] == 0
+
+
 def test_bus_off_is_told_with_its_remedy_and_shown_in_the_status(start, bus, watch):
     """vcan has no controller: its error frames are put onto the bus by hand."""
     daemon = begin(start)
