@@ -52,7 +52,7 @@ std::vector<Neighbour> nearest_by_tree(const gpom::Index &index, const Part &par
     gpom::Subtree stack[gpom::kDepthMax];
     gpom::NearestK<float> nearest = {best.data(), static_cast<std::uint32_t>(k), 0};
     nearest.clear();
-    gpom::search(nearest, at, index, part, stack);
+    gpom::search(nearest, at, index, part, gpom::from_root(gpom::tree_of(index, part), stack));
     std::vector<Neighbour> found;
     for (const gpom::Found<float> &one : best) {
         if (one.slot >= 0) {

@@ -204,16 +204,19 @@ unsigned answer_points(const gpom_map &map, const gpom_point_list &points, gpom_
     return flags;
 }
 
+/// Blocks of cells to and fro, so that each is next to the one before.
 unsigned answer_raster(const gpom_map &map, const gpom_raster_t &raster, gpom_answer_t *answers,
                        void *scratch)
 {
     Workspace work = carve_workspace(map, scratch);
     const AnswerPacket answer_packet = answer_packet_for(map.config.params.kernel);
+    const uint32_t last_ix = (raster.nx - 1) / kBlockX * kBlockX;
     unsigned flags = 0;
     for (uint32_t iy = 0; iy < raster.ny; iy += kBlockY) {
-        for (uint32_t ix = 0; ix < raster.nx; ix += kBlockX) {
+        const bool is_backward = iy / kBlockY % 2 != 0;
+        for (uint32_t i = 0; i < raster.nx; i += kBlockX) {
             clear(*work.packet);
-            add_block(*work.packet, map, raster, ix, iy);
+            add_block(*work.packet, map, raster, is_backward ? last_ix - i : i, iy);
             flags |= answer_packet(map, work, answers);
         }
     }

@@ -168,7 +168,7 @@ bool walk(const Index &index, const Part &part, Subtree *stack, const Touches &t
     };
     uint32_t depth = 0;
     if (tree.n_items > 0) {
-        stack[depth++] = {0, 0, leaf_count(tree.n_items)};
+        stack[depth++] = root_of(tree);
     }
     while (depth > 0) {
         Subtree t = stack[--depth];
@@ -192,11 +192,11 @@ bool walk(const Index &index, const Part &part, Subtree *stack, const Touches &t
 /// True if a place is nearer than reach_m to a free segment.
 bool is_near_free(const Index &index, Subtree *stack, const Point &at, float reach_m);
 
-/// The k nearest parts of one kind among all beams. Returns false if walks.n_max walks down the
-/// tree did not suffice; recent beams are all looked at.
+/// The k nearest parts of one kind among all beams. Returns false if the walks down the tree did
+/// not suffice; recent beams are all looked at.
 template <class F, class Part>
 bool search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const Part &part,
-            Walks walks)
+            const Walks &walks)
 {
     const KdTree &tree = tree_of(index, part);
     const bool is_whole = search_tree(nearest, at, part, tree, walks);

@@ -116,7 +116,7 @@ void start_build(TreeBuild &build, const KdTree &tree)
 {
     build = {};
     if (tree.n_items > 0) {
-        build.stack[build.depth++] = {0, 0, leaf_count(tree.n_items)};
+        build.stack[build.depth++] = root_of(tree);
     }
 }
 

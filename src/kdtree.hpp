@@ -80,6 +80,9 @@ struct KdTree {
     uint32_t id_end; ///< It knows the beams whose id is less; others in its slots are not its own.
 };
 
+/// The whole tree.
+inline Subtree root_of(const KdTree &tree) { return {0, 0, leaf_count(tree.n_items)}; }
+
 /// Slots of a subtree: a stretch of KdTree::slots.
 struct Stretch {
     uint32_t first, n;

@@ -84,15 +84,49 @@ template <class F> struct NearestK {
                 place[0] = place[-1];
             }
             *place = item;
-        } else { // over all ranks: of many lanes one has far to go
-            auto beats = item < *place;
-            for (; place != best; --place) {
-                const auto beats_next = item < place[-1];
-                place[0] = select(beats_next, place[-1], select(beats, item, place[0]));
-                beats = beats_next;
-            }
-            *place = select(beats, item, *place);
+        } else if (has_equal(item.d2, place)) {
+            insert_by_id(item, place);
+        } else {
+            insert(item, place);
         }
+    }
+
+    /// True if a lane has an item at the same distance in a rank up to `last`.
+    bool has_equal(F d2, const Found<F> *last) const
+    {
+        uint32_t equal = 0;
+        for (const Found<F> *place = best; place <= last; ++place) {
+            equal |= lane::bits_where_equal(d2, place->d2);
+        }
+        return equal != 0;
+    }
+
+    /// Insert an item into the ranks up to `place`, over all of them: of many lanes one has far to
+    /// go. No distance is equal to its own.
+    void insert(const Found<F> &item, Found<F> *place)
+    {
+        for (; place != best; --place) {
+            const Found<F> &next = place[-1];
+            const auto beats = item.d2 < place->d2;
+            const auto beats_next = item.d2 < next.d2;
+            place->id = lane::select(beats_next, next.id, lane::select(beats, item.id, place->id));
+            place->slot =
+                lane::select(beats_next, next.slot, lane::select(beats, item.slot, place->slot));
+            place->d2 = lane::smaller(place->d2, lane::larger(item.d2, next.d2));
+        }
+        *place = select(item.d2 < place->d2, item, *place);
+    }
+
+    /// The same where ids may have to decide.
+    [[gnu::noinline]] void insert_by_id(const Found<F> &item, Found<F> *place)
+    {
+        auto beats = item < *place;
+        for (; place != best; --place) {
+            const auto beats_next = item < place[-1];
+            place[0] = select(beats_next, place[-1], select(beats, item, place[0]));
+            beats = beats_next;
+        }
+        *place = select(beats, item, *place);
     }
 
     F worst() const { return best[k - 1].d2; }
@@ -203,13 +237,20 @@ inline void offer_at(NearestK<F> &nearest, F d2, const Listed &listed)
     }
 }
 
+/// The same, not inlined: in a search for many lanes it would take all registers.
+template <class Part, class F>
+[[gnu::noinline]] void offer_apart(NearestK<F> &nearest, F d2, const Listed &listed)
+{
+    offer_at<Part>(nearest, d2, listed);
+}
+
 /// Offer one part of a beam if a lane wants it.
 template <class F, class Part>
 inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
                        const Listed &listed)
 {
     const F d2 = distance2(at, part, listed.beams[listed.slot]);
-    if (lane::any(d2 <= nearest.worst())) {
+    if (lane::bits_where_le(d2, nearest.worst()) != 0) {
         offer_at<Part>(nearest, d2, listed);
     }
 }
@@ -267,23 +308,28 @@ inline void offer_leaf(NearestK<F> &nearest, const Offset<F> &at, const Part &pa
         uint32_t wanted = 0;
         for (uint32_t i = 0; i < slots.n; ++i) {
             d2[i] = distance2(at, part, tree.beams[tree.slots[slots.first + i]]);
-            wanted |= (lane::any(d2[i] <= worst) ? 1u : 0u) << i;
+            wanted |= (lane::bits_where_le(d2[i], worst) != 0 ? 1u : 0u) << i;
         }
         for (; wanted != 0; wanted &= wanted - 1) {
             const auto i = static_cast<uint32_t>(__builtin_ctz(wanted));
-            offer_at<Part>(nearest, d2[i], listed(i));
+            offer_apart<Part>(nearest, d2[i], listed(i));
         }
     }
 }
 
-/// The means of a search: where it puts parts of a tree that it has still to walk down, and how
-/// many such walks it may take.
+/// What a search has still to do: walks down to the leaves, each from a subtree on.
 struct Walks {
-    Subtree *stack; ///< kDepthMax entries.
-    uint32_t n_max;
-
-    Walks(Subtree *stack_, uint32_t n_max_ = UINT32_MAX) : stack(stack_), n_max(n_max_) {}
+    Subtree *stack; ///< Room for kDepthMax more than at the start.
+    uint32_t depth; ///< Subtrees still to search, the topmost next; none is a part of another.
+    uint32_t n_max; ///< How many walks it may take.
 };
+
+/// To search a whole tree.
+inline Walks from_root(const KdTree &tree, Subtree *stack, uint32_t n_max = UINT32_MAX)
+{
+    stack[0] = root_of(tree);
+    return {stack, tree.n_items > 0 ? 1u : 0u, n_max};
+}
 
 /// Offer the beams of a tree: one search for all lanes, the child nearer to the packet's first
 /// query first, skipping boxes that no lane needs. At most every node and leaf is visited once, and
@@ -298,17 +344,14 @@ template <class F, class Part>
                                    Walks walks)
 {
     Subtree *const stack = walks.stack;
-    uint32_t depth = 0;
-    if (tree.n_items > 0) {
-        stack[depth++] = {0, 0, leaf_count(tree.n_items)};
-    }
+    uint32_t depth = walks.depth;
     while (depth > 0) {
         if (walks.n_max-- == 0) {
             return false;
         }
         Prospect<F> here = prospect(tree, at, part, stack[--depth]);
         const F reach2 = box_reach2(nearest.worst());
-        while (lane::any(here.d2 <= reach2) && here.subtree.n_leaves > 1) {
+        while (lane::bits_where_le(here.d2, reach2) != 0 && here.subtree.n_leaves > 1) {
             Prospect<F> near = prospect(tree, at, part, left_of(here.subtree));
             Prospect<F> far = prospect(tree, at, part, right_of(here.subtree));
             if (far.priority < near.priority) {
@@ -316,12 +359,12 @@ template <class F, class Part>
                 near = far;
                 far = left;
             }
-            if (lane::any(far.d2 <= reach2)) {
+            if (lane::bits_where_le(far.d2, reach2) != 0) {
                 stack[depth++] = far.subtree;
             }
             here = near;
         }
-        if (lane::any(here.d2 <= reach2)) {
+        if (lane::bits_where_le(here.d2, reach2) != 0) {
             offer_leaf(nearest, at, part, tree, here.subtree);
         }
     }

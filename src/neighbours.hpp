@@ -3,6 +3,7 @@
 #pragma once
 
 #include "src/context.hpp"
+#include "src/frontier.hpp"
 #include "src/workspace.hpp"
 
 namespace gpom
@@ -166,17 +167,54 @@ inline F context_offset(const gpom_params_t &params, const Workspace &work, F fa
     return offset;
 }
 
-/// Search for both kinds, each within a squared distance. Returns false if the k nearest may not
-/// have been found.
-inline bool search_within(const gpom_map &map, Workspace &work, F hits2_m2, F free2_m2)
+/// What a search for one kind works with.
+template <class Part> struct KindSearch {
+    const Part &part;
+    NearestK<F> &nearest;
+    Frontier &frontier;
+};
+
+/// Where to search for what is in a vicinity of queries that moved by `move`. A single query starts
+/// at the root: on a microcontroller's small map a frontier would not pay.
+template <class Part>
+Walks walks_in(const gpom_map &map, const Workspace &work, const KindSearch<Part> &kind,
+               const Vicinity<F> &around, const Offset<F> &move)
 {
-    const Walks walks = {work.stack, map.config.walk_max};
-    const Offset<F> at = work.packet->at;
-    work.hits.clear(hits2_m2);
-    work.free.clear(free2_m2);
-    return search(work.hits, at, map.index, map.index.hit_part, walks) &
-           search(work.free, at, map.index, map.index.free_part, walks) & work.hits.has_all() &
-           work.free.has_all();
+    const KdTree &tree = tree_of(map.index, kind.part);
+    const uint32_t walk_max = map.config.walk_max;
+    if constexpr (kLanes > 1) {
+        bool has_frontier = suits(kind.frontier, around);
+        if (!has_frontier && is_worth_finding(around, lane::sqrt(move.distance2()))) {
+            find_frontier(kind.frontier, tree, kind.part, around, work.stack);
+            has_frontier = true;
+        }
+        if (has_frontier) {
+            return from_frontier(kind.frontier, work.stack, walk_max);
+        }
+    }
+    return from_root(tree, work.stack, walk_max);
+}
+
+/// Search for one kind no farther than the k nearest of the packet before may be by now. Returns
+/// false if the k nearest may not have been found.
+template <class Part>
+bool search_near(const gpom_map &map, const Workspace &work, const KindSearch<Part> &kind,
+                 const Offset<F> &move)
+{
+    const F reach2_m2 = reach2_after(kind.nearest.worst(), move);
+    const Vicinity<F> around = {work.packet->at, lane::sqrt(reach2_m2)};
+    const Walks walks = walks_in(map, work, kind, around, move);
+    kind.nearest.clear(reach2_m2);
+    return search(kind.nearest, around.at, map.index, kind.part, walks) & kind.nearest.has_all();
+}
+
+/// Search for one kind without a bound. Returns false if it was cut.
+template <class Part>
+bool search_all(const gpom_map &map, const Workspace &work, const KindSearch<Part> &kind)
+{
+    kind.nearest.clear();
+    const Walks walks = from_root(tree_of(map.index, kind.part), work.stack, map.config.walk_max);
+    return search(kind.nearest, work.packet->at, map.index, kind.part, walks);
 }
 
 /// Search for both kinds. What the packet before found bounds how far to look, which saves most of
@@ -184,15 +222,15 @@ inline bool search_within(const gpom_map &map, Workspace &work, F hits2_m2, F fr
 /// second search without a bound. Returns false if that was cut.
 inline bool search_both(const gpom_map &map, Workspace &work)
 {
+    const KindSearch<HitPart> hits = {map.index.hit_part, work.hits, work.hit_frontier};
+    const KindSearch<FreePart> free = {map.index.free_part, work.free, work.free_frontier};
     const Offset<F> at = work.packet->at;
     const Offset<F> before = work.searched_at;
     const Offset<F> move = {at.x_m - before.x_m, at.y_m - before.y_m};
-    const F none = lane::splat<F>(kNoDistance2);
-    bool is_whole =
-        work.has_searched && search_within(map, work, reach2_after(work.hits.worst(), move),
-                                           reach2_after(work.free.worst(), move));
+    bool is_whole = work.has_searched &&
+                    (search_near(map, work, hits, move) & search_near(map, work, free, move));
     if (!is_whole) {
-        is_whole = search_within(map, work, none, none);
+        is_whole = search_all(map, work, hits) & search_all(map, work, free);
     }
     work.searched_at = at;
     work.has_searched = is_whole;

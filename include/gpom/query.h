@@ -79,7 +79,7 @@ typedef struct {
 /** Bytes of scratch for n_points = n_hits + n_free neighbours and a library of `lanes` lanes
  *  (gpom_lanes(); GPOM_LANES_MAX fits every build): a constant expression for a static array. */
 #define GPOM_SCRATCH_BYTES(n_points, lanes)                                                        \
-    ((size_t)1024 + ((lanes) > 1 ? (size_t)2560 : (size_t)0) +                                     \
+    ((size_t)1024 + ((lanes) > 1 ? (size_t)4864 : (size_t)0) +                                     \
      ((n_points) <= GPOM_POINTS_MAX ? GPOM_DENSE_BYTES(n_points, lanes)                            \
                                     : GPOM_SPARSE_BYTES(n_points, lanes)))
 

@@ -209,7 +209,7 @@ struct Life {
         }
         gpom::NearestK<F> nearest = {best, kNearest, 0};
         nearest.clear();
-        gpom::search(nearest, at, index, part, stack);
+        gpom::search(nearest, at, index, part, gpom::from_root(gpom::tree_of(index, part), stack));
         bool is_same = true;
         for (int i = 0; i < W; ++i) {
             const std::vector<Ranked> truth =

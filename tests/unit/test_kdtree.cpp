@@ -1,6 +1,7 @@
 // Trees and the k nearest against brute force, on every shape of beams that could trip a split.
 #include "tests/unit/reference.hpp"
 
+#include "src/frontier.hpp"
 #include "src/kdtree.hpp"
 #include "src/nearest.hpp"
 
@@ -222,14 +223,16 @@ bool are_first(const gpom::NearestK<Lanes<W>> &nearest, const std::vector<Ranked
 }
 
 /// Search for W queries at once and compare with their brute-force rankings: without a bound, with
-/// that of the queries before, with the closest one, and with one that is too close.
+/// that of the queries before, with the closest one, with one that is too close, and in frontiers.
 template <int W, class Part>
 void check_search(const Tree &tree, const Part &part, std::uint32_t k,
                   const std::vector<Xy> &queries, const std::vector<std::vector<Ranked>> &truth)
 {
     using F = Lanes<W>;
     static gpom::Found<F> best[32];
-    Subtree stack[gpom::kDepthMax];
+    Subtree stack[gpom::kFrontierMax + gpom::kDepthMax];
+    Subtree parts[gpom::kFrontierMax];
+    gpom::Frontier frontier = {parts, 0, 0.0f, gpom::empty_box()};
     gpom::NearestK<F> nearest = {best, k, 0};
     gpom::Offset<F> before = {};
     F worst = gpom::lane::splat<F>(gpom::kNoDistance2);
@@ -240,14 +243,30 @@ void check_search(const Tree &tree, const Part &part, std::uint32_t k,
             gpom::lane::set(at.x_m, i, static_cast<float>(q.x));
             gpom::lane::set(at.y_m, i, static_cast<float>(q.y));
         }
-        const auto search_within = [&](F d2_max) {
+        const auto search = [&](F d2_max, const gpom::Walks &walks) {
             nearest.clear(d2_max);
-            gpom::search_tree(nearest, at, part, tree.tree, stack);
+            gpom::search_tree(nearest, at, part, tree.tree, walks);
             return nearest.has_all();
         };
+        const auto search_within = [&](F d2_max) {
+            return search(d2_max, gpom::from_root(tree.tree, stack));
+        };
+        const auto is_found_in_frontier = [&](F d2_max) {
+            return search(d2_max, gpom::from_frontier(frontier, stack, UINT32_MAX)) &&
+                   are_first<W>(nearest, &truth[first]);
+        };
         const gpom::Offset<F> move = {at.x_m - before.x_m, at.y_m - before.y_m};
-        if (search_within(gpom::reach2_after(worst, move))) {
-            REQUIRE(are_first<W>(nearest, &truth[first]));
+        const F reach2 = gpom::reach2_after(worst, move);
+        const gpom::Vicinity<F> around = {at, gpom::lane::sqrt(reach2)};
+        const bool is_enough = search_within(reach2);
+        const bool is_reused = is_enough && frontier.n > 0 && gpom::suits(frontier, around);
+        REQUIRE((!is_enough || are_first<W>(nearest, &truth[first])));
+        REQUIRE((!is_reused || is_found_in_frontier(reach2)));
+        if (is_enough) {
+            gpom::find_frontier(frontier, tree.tree, part, around, stack);
+            REQUIRE(frontier.n <= gpom::kFrontierMax);
+            REQUIRE(gpom::suits(frontier, around));
+            REQUIRE(is_found_in_frontier(reach2));
         }
         REQUIRE(search_within(gpom::lane::splat<F>(gpom::kNoDistance2)));
         REQUIRE(are_first<W>(nearest, &truth[first]));
@@ -425,24 +444,42 @@ TEST_CASE("building from a permuted order or in slices gives the same boxes")
     });
 }
 
-// Offering in any order keeps the same k, ties in distance going to the smaller id.
-TEST_CASE("the k nearest do not depend on the order of offers")
+// Offering in any order keeps the same k, ties in distance going to the smaller id, in some lanes
+// or in all.
+TEST_CASE_TEMPLATE("the k nearest do not depend on the order of offers", F, float, Lanes<4>,
+                   Lanes<16>)
 {
     GPOM_TELL_SEED();
+    using I = gpom::lane::IntOf<F>;
+    constexpr int kWidth = gpom::lane::width<F>;
     Random random(13);
     std::vector<std::int32_t> ids(40);
     std::iota(ids.begin(), ids.end(), 0);
+    const auto distance2_in = [](int lane, std::int32_t id) { // lane + 1 ids at each distance
+        const std::int32_t d2 = id / (lane + 1);
+        return static_cast<float>(d2);
+    };
     for (int round = 0; round < 50; ++round) {
         std::shuffle(ids.begin(), ids.end(), random.bits);
-        gpom::Found<float> best[8];
-        gpom::NearestK<float> nearest = {best, 8, 0};
+        static gpom::Found<F> best[8];
+        gpom::NearestK<F> nearest = {best, 8, 0};
         nearest.clear();
-        for (const std::int32_t i : ids) {
-            nearest.offer({static_cast<float>(i / 5), i, 100 + i}); // five at each distance
+        for (const std::int32_t id : ids) {
+            gpom::Found<F> item = {{}, gpom::lane::splat_int<I>(id), {}};
+            item.slot = item.id + 100;
+            for (int i = 0; i < kWidth; ++i) {
+                gpom::lane::set(item.d2, i, distance2_in(i, id));
+            }
+            nearest.offer(item);
         }
+        bool is_in_order = true;
         for (std::int32_t j = 0; j < 8; ++j) {
-            CHECK(best[j].id == j);
-            CHECK(best[j].slot == 100 + j);
+            for (int i = 0; i < kWidth; ++i) {
+                is_in_order = is_in_order && gpom::lane::get(best[j].id, i) == j &&
+                              gpom::lane::get(best[j].slot, i) == 100 + j &&
+                              gpom::lane::get(best[j].d2, i) == distance2_in(i, j);
+            }
         }
+        CHECK(is_in_order);
     }
 }

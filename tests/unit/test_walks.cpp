@@ -136,9 +136,10 @@ TEST_CASE("the work of a search is bounded")
             nearest.clear();
             const gpom::Offset<float> at = {static_cast<float>(point.x_m),
                                             static_cast<float>(point.y_m)};
-            const bool is_whole = gpom::search(nearest, at, map.get()->index,
-                                               CountedPart{map.get()->index.free_part, &n_looks},
-                                               {stack.data(), walk_max});
+            const gpom::Index &index = map.get()->index;
+            const bool is_whole =
+                gpom::search(nearest, at, index, CountedPart{index.free_part, &n_looks},
+                             gpom::from_root(index.free_tree, stack.data(), walk_max));
             CHECK(n_looks <= std::uint64_t{walk_max} * gpom::kLeafSize);
             CHECK((is_whole || walk_max < GPOM_WALK_MAX));
             most_looks = std::max(most_looks, n_looks);

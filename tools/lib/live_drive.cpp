@@ -68,7 +68,8 @@ std::uint64_t items_of(const gpom_map_t &map, const Part &part, std::uint32_t k,
     gpom::NearestK<float> nearest = {best.data(), k, 0};
     nearest.clear();
     const gpom::Counted<Part> counted = {{part}, &n_items};
-    gpom::search(nearest, at, map.index, counted, stack.data());
+    gpom::search(nearest, at, map.index, counted,
+                 gpom::from_root(gpom::tree_of(map.index, counted), stack.data()));
     return n_items;
 }
 
