@@ -44,8 +44,9 @@ struct Trial {
 
 /// What one hit has to do with the beams of a group.
 struct Witnesses {
-    uint32_t ends;   ///< Bit i: beam i ends at it.
-    uint32_t passes; ///< Bit i: beam i runs past it.
+    uint32_t ends;    ///< Bit i: beam i ends at it.
+    uint32_t ends_in; ///< Bit i: beam i ends at its occupied depth; those far off to its side not.
+    uint32_t passes;  ///< Bit i: beam i runs past it.
 };
 
 BeamLanes lanes_of(const Group &group, uint32_t i_vector)
@@ -137,34 +138,51 @@ bool may_matter(const Trial &trial, const Point &at)
     return is_inside && (trial.fan.is_wide || is_between(trial.fan, from, trial.reach_m));
 }
 
+/// Squared distances from the ends of kLanes beams to an occupied part.
+F distance2_of_ends(const BeamLanes &s, const Segment &hit)
+{
+    const F x = s.length_m * s.dir_x - hit.x_m;
+    const F y = s.length_m * s.dir_y - hit.y_m;
+    const F along = x * hit.dir_x + y * hit.dir_y;
+    const F foot = lane::clamp(along, lane::splat<F>(0.0f), lane::splat<F>(hit.length_m));
+    const F dx = x - foot * hit.dir_x;
+    const F dy = y - foot * hit.dir_y;
+    return dx * dx + dy * dy;
+}
+
 /// Compare a hit, from the sensor on, with kLanes beams: which end at it if they returned, and
 /// which pass it if they are sure.
-Witnesses witnesses_of(const BeamLanes &s, const Point &from, float keep_m)
+Witnesses witnesses_of(const BeamLanes &s, const Segment &hit, float keep_m)
 {
-    const F across = lane::abs(F(from.x_m * s.dir_y - from.y_m * s.dir_x));
+    const F across = lane::abs(F(hit.x_m * s.dir_y - hit.y_m * s.dir_x));
     if (!lane::any(across < keep_m)) {
-        return {0, 0};
+        return {0, 0, 0};
     }
-    const F along = from.x_m * s.dir_x + from.y_m * s.dir_y;
+    const F along = hit.x_m * s.dir_x + hit.y_m * s.dir_y;
     const F to_go = s.length_m - along;
     const F gap2 = across * across + to_go * to_go;
     const F width = lane::min(F(kPass.slope * to_go), lane::splat<F>(kPass.width * keep_m));
     const auto passes = (along > 0.0f) & (to_go > keep_m) & (across < width);
-    return {lane::bits_of_mask(gap2 < keep_m * keep_m), lane::bits_of_mask(passes)};
+    const F gap_in2 = hit.length_m > 0.0f ? distance2_of_ends(s, hit) : gap2;
+    return {lane::bits_of_mask(gap2 < keep_m * keep_m),
+            lane::bits_of_mask(gap_in2 < keep_m * keep_m), lane::bits_of_mask(passes)};
 }
 
 /// Compare a hit with all beams of the group.
-Witnesses witnesses_of(const Trial &trial, const Point &at)
+Witnesses witnesses_of(const Trial &trial, const Beam &beam)
 {
     const Group &group = trial.map.keeper.group;
-    const Point from = {at.x_m - trial.sensor.x_m, at.y_m - trial.sensor.y_m};
-    Witnesses all = {0, 0};
+    Segment hit = trial.map.index.hit_part(beam);
+    hit.x_m -= trial.sensor.x_m;
+    hit.y_m -= trial.sensor.y_m;
+    Witnesses all = {0, 0, 0};
     for (uint32_t v = 0; v < trial.n_vectors; ++v) {
-        const Witnesses some = witnesses_of(trial.lanes[v], from, trial.map.config.keep_m);
+        const Witnesses some = witnesses_of(trial.lanes[v], hit, trial.map.config.keep_m);
         all.ends |= some.ends << (v * kWidth);
+        all.ends_in |= some.ends_in << (v * kWidth);
         all.passes |= some.passes << (v * kWidth);
     }
-    return {all.ends & group.returned, all.passes & group.sure};
+    return {all.ends & group.returned, all.ends_in & group.returned, all.passes & group.sure};
 }
 
 /// A scan saw the hit again: one count more if at another time, and whoever saw through it erred.
@@ -234,19 +252,12 @@ bool contradict(gpom_map &map, uint32_t slot)
     return false;
 }
 
-/// Let the group's beams speak for or against one kept hit; one of their own scan only makes their
-/// returns known.
-void judge_hit(const Trial &trial, uint32_t slot)
+/// Let the group's beams speak for or against a kept hit of an earlier scan.
+void judge_hit(gpom_map &map, uint32_t slot, const Witnesses &witnesses)
 {
-    gpom_map &map = trial.map;
     Group &group = map.keeper.group;
     Beam &beam = map.index.beams[slot];
     const bool was_provisional = beam.provisional != 0;
-    const Witnesses witnesses = witnesses_of(trial, end_of(beam));
-    group.known |= witnesses.ends;
-    if (beam.id >= map.keeper.scan_first_id) {
-        return;
-    }
     if (witnesses.passes != 0) { // so nothing stands there that would hide what is behind
         beam.arrived = 0;
     }
@@ -258,6 +269,19 @@ void judge_hit(const Trial &trial, uint32_t slot)
         group.clearing |= gone && !was_provisional ? witnesses.passes : 0u;
         group.against |= gone ? 0u : witnesses.passes;
     }
+}
+
+/// Compare a kept hit with the group's beams: those that end at it are known, and, if it stands, at
+/// the depth behind it; one of their own scan has no other say.
+void compare(const Trial &trial, uint32_t slot)
+{
+    gpom_map &map = trial.map;
+    const Beam &beam = map.index.beams[slot];
+    const Witnesses witnesses = witnesses_of(trial, beam);
+    if (beam.id < map.keeper.scan_first_id) {
+        judge_hit(map, slot, witnesses);
+    }
+    map.keeper.group.known |= witnesses.ends | (HitPart::is_seen(beam) ? witnesses.ends_in : 0u);
 }
 
 Box box_around(const Group &group, float reach_m)
@@ -302,7 +326,7 @@ void judge(gpom_map &map)
         [&](const Box &box) { return may_matter(trial, box); },
         [&](uint32_t slot) {
             if (may_matter(trial, end_of(map.index.beams[slot]))) {
-                judge_hit(trial, slot);
+                compare(trial, slot);
             }
             return true;
         });

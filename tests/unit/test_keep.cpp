@@ -184,6 +184,40 @@ TEST_CASE("a return near a kept hit confirms it")
     CHECK(n_known > 100);
 }
 
+// What is known reaches as deep as what is occupied: a return nearer than keep_m to the part behind
+// a kept hit adds nothing and confirms nothing, from wherever it is seen.
+TEST_CASE("a return in the depth of a kept hit is known")
+{
+    GPOM_TELL_SEED();
+    Random random(24);
+    constexpr double kDepth_m = 0.3;
+    int n_known = 0;
+    for (int i = 0; i < 400; ++i) {
+        gpom_config_t config = keep_config(0);
+        config.params.depth_m = static_cast<float>(kDepth_m);
+        Keeping k(config);
+        k.see(look({0, 0}, 0.0, 5.0, 0)); // occupied: from (5, 0) to (5.3, 0)
+        const Xy end = {random.uniform(4.8, 5.5), random.uniform(-0.2, 0.2)};
+        const double yaw_rad = random.uniform(-3, 3), range_m = random.uniform(1, 9);
+        const Xy from = {end.x - range_m * std::cos(yaw_rad), end.y - range_m * std::sin(yaw_rad)};
+        const double apart_m = std::hypot(end.x - std::clamp(end.x, 5.0, 5.0 + kDepth_m), end.y);
+        const double from_hit_m = std::hypot(end.x - 5.0, end.y);
+        if (std::abs(apart_m - static_cast<double>(kKeep_m)) < 1e-4) {
+            continue;
+        }
+        if (i % 2 == 0) {
+            REQUIRE(gpom_map_build(k.map.get()) == GPOM_OK);
+        }
+        const gpom_stats_t change = k.see(look(from, yaw_rad, range_m, 1));
+        const bool is_known = apart_m < static_cast<double>(kKeep_m);
+        CHECK(change.beams_known == (is_known ? 1 : 0));
+        CHECK(change.beams_hit == (is_known ? 0 : 1));
+        CHECK(k.beam(0).n_agreed == (from_hit_m < static_cast<double>(kKeep_m) ? 1 : 0));
+        n_known += is_known ? 1 : 0;
+    }
+    CHECK(n_known > 100);
+}
+
 // Within one scan, too, no two kept returns are nearer to each other than keep_m, and a beam that
 // saw nothing makes no return known, wherever it ends.
 TEST_CASE("returns of one scan keep their distance, and from returns alone")
