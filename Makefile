@@ -165,8 +165,13 @@ results: tools build/setup/results bench ## Judge all methods, and their speed: 
 
 codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS= for firmware)
 
-bench-insert: tools ## Time inserting scans into a map of 20,000 beams
-	$(Q)$(BUILD)/gpom-live insert --params tools/params/street.toml
+bench-insert: tools ## Time inserting scans into a map of 20,000 beams, one with room and a full one
+	@mkdir -p build/bench
+	$(Q)for beam_max in 40000 20000; do \
+	    $(BUILD)/gpom-live insert --params tools/params/street.toml --kept 20000 --runs 3 \
+	        --beam-max $$beam_max --json build/bench/insert-of-$$beam_max.json || exit 1; \
+	done
+	$(Q)python3 bench/ratios.py --insert build/bench/insert-of-*.json
 
 gpomd: $(BUILD)/gpom-bridge
 gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build LCM daemon and its tools
@@ -204,7 +209,7 @@ test-all: count-queries test-firmware-programs ## Run `test`, firmware, CAN, ins
 	$(Q)$(MAKE) endian
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
-bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann, scikit-learn, FMA peak
+bench: build/setup/bench $(BUILD)/speed bench-insert ## Compare with Eigen, nanoflann, sklearn
 	@mkdir -p build/bench && rm -f build/bench/sklearn.json
 	$(Q)if build/venv/bin/python -c 'import sklearn' 2>/dev/null; then \
 	    $(BUILD)/speed --neighbourhoods build/bench/neighbourhoods.json && \
@@ -215,7 +220,8 @@ bench: build/setup/bench $(BUILD)/speed ## Compare with Eigen, nanoflann, scikit
 	    --benchmark_counters_tabular=true --benchmark_repetitions=5 \
 	    --benchmark_enable_random_interleaving=true --benchmark_report_aggregates_only=true \
 	    --benchmark_min_time=0.1 $(BENCH_FLAGS)
-	$(Q)python3 bench/ratios.py build/bench/speed.json build/bench/sklearn.json | \
+	$(Q)python3 bench/ratios.py --speed build/bench/speed.json \
+	    --sklearn build/bench/sklearn.json --insert build/bench/insert-of-*.json | \
 	    tee build/bench/ratios.txt
 
 bench-instructions: count-queries ## Instructions per query, scalar, by callgrind

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Ratios within one run of bench/speed.cpp.
 
-usage: bench/ratios.py SPEED.json [SKLEARN.json]
+usage: bench/ratios.py [--speed FILE [--sklearn FILE]] [--insert FILE...]
 
 First a line for each map and n: queries a second in rasters and lists, and how many times as many
 as plain Eigen with brute force, with the tree, and scikit-learn (another process of the same run,
@@ -9,11 +9,14 @@ if it is installed); the time of a whole query over that of nanoflann's search o
 the solve alone, covariances included, as a part of the measured peak of multiply-adds (two
 operations each). The covariance is Matern-1/2, of maps named -nn the paper's. Then whole maps
 beside the paper's times, a
-real log, building and inserting, and the two solves of many neighbours.
+real log, building and inserting (of `gpom-live insert` the mean and the worst scan), and the two
+solves of many neighbours.
 """
+import argparse
 import json
 import math
 import os
+import pathlib
 import re
 import sys
 
@@ -84,6 +87,13 @@ def print_maintenance(run):
               f"{row['beams']:.0f} beams kept")
 
 
+def print_insertion(path):
+    live = read_json(path)
+    print(f"insert live, from {live['kept']} of {live['beam_max']} beams on: "
+          f"{live['insert']['us_mean']:.1f} us a scan of {live['beams_per_scan']} beams, "
+          f"{1e-3 * live['insert']['us_max']:.2f} ms at worst, without its step")
+
+
 def print_solves(run):
     rows = run.matching(r"solve-sparse(/ell(\d+)/n(\d+))")
     for match, row in sorted(rows, key=lambda found: (int(found[0][3]), int(found[0][2]))):
@@ -92,17 +102,33 @@ def print_solves(run):
               f"sparse takes {ratio:6.2f} of the dense time")
 
 
-def main():
-    run = Run(sys.argv[1])
-    sklearn = {}
-    if len(sys.argv) > 2 and os.path.exists(sys.argv[2]):
-        with open(sys.argv[2], encoding="utf-8") as file:
-            sklearn = json.load(file)
+def read_json(path):
+    """What a program has written; nothing if it was left out."""
+    if path is None or not os.path.exists(path):
+        return {}
+    with open(path, encoding="utf-8") as file:
+        return json.load(file)
+
+
+def print_speed(run, sklearn):
     print(f"{run.context['lanes']} lanes, compiler {run.context['compiler']}; medians of one run")
     print_queries(run, sklearn)
     print_maps(run)
     print_maintenance(run)
     print_solves(run)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--speed", help="what bench/speed.cpp wrote")
+    parser.add_argument("--sklearn", help="what bench/sklearn_gp.py wrote")
+    parser.add_argument("--insert", nargs="+", default=[], type=pathlib.Path,
+                        help="what `gpom-live insert` wrote")
+    arguments = parser.parse_args()
+    if arguments.speed is not None:
+        print_speed(Run(arguments.speed), read_json(arguments.sklearn))
+    for path in arguments.insert:
+        print_insertion(path)
 
 
 if __name__ == "__main__":

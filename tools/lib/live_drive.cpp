@@ -264,6 +264,7 @@ Json insert_report(const InsertBench &bench)
         runs.push_back(full_map_costs(bench));
     }
     return {{"kept", bench.n_kept},
+            {"beam_max", bench.drive.live.beam_max},
             {"beams_per_scan", bench.drive.town.n_beams},
             {"scans", bench.n_scans},
             {"runs", bench.n_runs},
