@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 from conftest import (N_BEAMS, PATIENCE_S, ROOT, T0_US, URL, encoded, fresh_status, library_cells,
-                      replay, run, scan, tool, wait_for_map, wait_for_status, wait_until)
+                      replay, run, scan, stalled, tool, wait_for_map, wait_for_status, wait_until)
 from gpom_watch import Watch
 
 PARAMS = ROOT / "tools" / "params" / "street.toml"
@@ -486,6 +486,26 @@ def test_answers_are_the_library_s(start, street, peer, tmp_path):
         got, expected = np.float32(got), np.float32(expected)
         assert np.allclose(got, expected, rtol=0, atol=2e-5 if kind else 0)
     assert answer.map_utime == round(1e6 * float(street.read_text().splitlines()[-1].split(",")[0]))
+
+
+def test_queries_that_come_at_once_are_answered_one_after_the_other(start, peer):
+    """On an idle map, in their order, and without a sleep between two: fewer statuses come among
+    the answers than one for two."""
+    daemon, watch, heard, n = start(), Watch(URL), [], 24
+    watch.bus.subscribe("GPOM_STATUS", lambda _, data: heard.append("status"))
+    watch.bus.subscribe("GPOM_ANSWER", lambda _, data: heard.append(
+        peer.type("gpom.answer_t").decode(data).sequence))
+    wait_until(watch, lambda: "status" in heard)
+    with stalled(daemon.process, "mapping"):  # all are queued when it looks
+        for i in range(n):
+            watch.bus.publish("GPOM_QUERY", encoded(peer("gpom.query_t", sequence=i)))
+        del heard[:]
+        wait_until(watch, lambda: heard.count("status") > 2)
+        assert set(heard) == {"status"}
+        del heard[:]
+    wait_until(watch, lambda: n - 1 in heard)
+    assert [each for each in heard if each != "status"] == list(range(n))
+    assert heard[heard.index(0):].count("status") < n / 2, heard
 
 
 @pytest.mark.parametrize("status, step_m, points", [
