@@ -40,6 +40,13 @@ double yaw_of(const double (&q)[4])
     return std::atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]));
 }
 
+/// Rounded, but of unit length; false for numbers that are not finite.
+bool is_rotation(const double (&q)[4])
+{
+    const double norm2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    return std::fabs(norm2 - 1.0) <= 0.02;
+}
+
 /// Each beam has a bearing, and a time near the scan's.
 bool is_per_beam_sane(const ScanSlot &slot)
 {
@@ -288,6 +295,9 @@ void Intake::take_pose(const Message &message)
     if (config_->pose.type == PoseType::bot_pose) {
         gpom_wire_bot_pose_t read = {};
         fault = gpom_wire_bot_pose_decode(&read, message.bytes, message.n_bytes);
+        if (fault == GPOM_WIRE_OK && !is_rotation(read.orientation)) {
+            fault = GPOM_WIRE_VALUE;
+        }
         pose = {read.stamp_us, read.position_m[0], read.position_m[1], yaw_of(read.orientation)};
     } else {
         gpom_wire_pose2d_t read = {};

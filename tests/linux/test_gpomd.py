@@ -280,6 +280,12 @@ def test_every_fault_of_foreign_scans_and_poses_raises_its_counter_alone(start, 
          {"scans_no_pose": 1, "poses_received": 1}),  # too far from the one before
         ([pose(peer, T0_US), pose(peer, T0_US + 1000 * ms, pos=[math.nan, 0, 0]),
           ("POSE", b"nonsense")], 0, {"poses_received": 3, "poses_refused": 3}),
+        ([pose(peer, T0_US + 1000 * ms, orientation=q)
+          for q in ([0.0] * 4, [2.0, 0.0, 0.0, 2.0], [1.02, 0.0, 0.0, 0.0],
+                    [0.98, 0.0, 0.0, 0.0], [math.nan, 0.0, 0.0, 1.0])],
+         0, {"poses_received": 5, "poses_refused": 5}),  # no rotations
+        ([pose(peer, T0_US + 1000 * ms, orientation=[0.705, 0.0, 0.0, 0.705])], 0,
+         {"poses_received": 1}),  # a rounded one
         ([pose(peer, T0_US + 3000 * ms), lidar(peer, T0_US + 3000 * ms)], 1,
          {"scans_inserted": 1, "poses_received": 1, "time_gaps": 1}),
         ([("LIDAR", encoded(scan(peer, 0)))], 1, {"scans_other_type": 1}),
