@@ -386,6 +386,30 @@ def test_garbage_on_every_channel_changes_no_cell(start, street, peer, tmp_path)
                      "".join(daemon.lines)), daemon.lines
 
 
+def test_what_the_system_refuses_to_send_is_counted(start, peer):
+    """Without a route; no publication is counted that nobody could see."""
+    daemon, seen = start(publish="keyframe_s = 0.05\nmap_hz = 100"), set()
+    watch = Watch(f"{URL}&recv_buf_size=2097152")
+    watch.bus.subscribe("GPOM_MAP", lambda _, data: seen.add(
+        peer.type("gpom.map_t").decode(data).map_sequence)).set_queue_capacity(0)
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: seen)
+    assert fresh_status(watch)["counts"]["messages_not_sent"] == 0
+
+    def has_refused_tiles():
+        return fresh_status(watch)["counts"]["messages_not_sent"] > 20
+    for _ in range(PATIENCE_S):
+        subprocess.run(["ip", "route", "del", "224.0.0.0/4", "dev", "lo"], check=True)
+        time.sleep(0.5)
+        subprocess.run(["ip", "route", "add", "224.0.0.0/4", "dev", "lo"], check=True)
+        if has_refused_tiles():
+            break
+    assert has_refused_tiles()
+    assert watch.status["counts"]["maps_published"] <= len(seen)
+    assert daemon.stop() == 0
+    assert re.search(r"dropped: .*\d+ messages not sent", "".join(daemon.lines)), daemon.lines
+
+
 # ---- other families ------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("family", FOREIGN)
