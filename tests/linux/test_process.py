@@ -1,4 +1,5 @@
 """gpomd as a process: starts, stops, kills, configuration, memory; and what looks at it."""
+import configparser
 import math
 import os
 import re
@@ -89,6 +90,11 @@ def test_the_watchdog_is_not_fed_while_a_thread_is_stalled(thread, start, tmp_pa
 
 def test_the_unit_file_is_valid(tmp_path):
     text = (ROOT / "ports" / "linux" / "gpomd.service").read_text()
+    sections = configparser.ConfigParser(interpolation=None)
+    sections.optionxform = str
+    sections.read_string(text)
+    assert sections["Unit"]["StartLimitIntervalSec"] == "0"  # a route may come late: no last try
+    assert sections["Service"]["Restart"] == "on-failure"
     unit = tmp_path / "gpomd.service"
     unit.write_text(text.replace("/usr/local/bin/gpomd", tool("gpomd")))
     try:
