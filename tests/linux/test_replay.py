@@ -82,11 +82,33 @@ def test_help_names_every_option(tool):
     assert max(map(len, done.stdout.splitlines())) <= 200
 
 
+def commands_after(words):
+    """The lines of the README's first block after some words."""
+    text = (ROOT / "ports" / "linux" / "README.md").read_text()
+    block = re.search(re.escape(words) + r"[^\n]*\n\n((    .*\n)+)", text)[1]
+    return [line.split(" #")[0].strip() for line in block.splitlines()]
+
+
+def test_what_the_readme_installs_is_where_the_unit_looks(tmp_path):
+    """In a folder that stands for /; the daemon there takes its configuration for good."""
+    commands = commands_after("To put all where it looks for it:")
+    assert "systemctl enable --now gpomd" in commands.pop()
+    script = "\n".join(commands).replace("sudo ", "").replace("build/host-release", str(BUILD))
+    for folder in ("/usr/local", "/etc/gpom"):
+        assert folder in script
+        script = script.replace(folder, f"{tmp_path}{folder}")
+    subprocess.run(["bash", "-ec", script], cwd=ROOT, check=True, timeout=PATIENCE_S)
+    unit = (ROOT / "ports" / "linux" / "gpomd.service").read_text()
+    program, *options = re.search(r"ExecStart=(.*)", unit)[1].split()
+    words = [f"{tmp_path}{program}", options[0], f"{tmp_path}{options[1]}", "--check"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_S,
+                          check=False)
+    assert done.returncode == 0 and "configuration is good" in done.stdout, done.stderr
+
+
 def test_the_five_minutes_of_the_readme_work(tmp_path):
     """Its commands as they stand there, but for building and the network, which are there."""
-    text = (ROOT / "ports" / "linux" / "README.md").read_text()
-    block = re.search(r"Five minutes\n-+\n\n((    .*\n)+)", text)[1]
-    commands = [line.split(" #")[0].strip() for line in block.splitlines()]
+    commands = commands_after("Five minutes\n------------")
     assert commands[0].startswith("make ") and commands[1].startswith("sudo ip link set lo up")
     script = "\n".join(commands[2:]).replace("build/host-release", str(BUILD))
     for word, instead in (("scans.csv", f"{tmp_path}/scans.csv"), ("--rate 5", "--rate 20"),
