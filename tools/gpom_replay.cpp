@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
@@ -35,6 +36,7 @@ struct Options {
     std::uint32_t n_rounds = 1;
     bool is_now = false;
     bool is_extent = false;
+    std::vector<const CLI::Option *> of_scans; ///< Without meaning for an LCM event log.
 };
 
 void declare_options(CLI::App &app, Options &options)
@@ -47,25 +49,27 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--rate", options.rate, "How many times as fast as recorded")
         ->check(CLI::Range(1e-3, 1e6))
         ->capture_default_str();
-    app.add_option("--family", options.family,
-                   "Types that scans are sent as: gpom.scan_t; bot_core.planar_lidar_t and pose_t; "
-                   "mbot_lcm_msgs.lidar_t and pose2D_t")
-        ->check(CLI::IsMember({"gpom", "bot_core", "mbot"}))
-        ->capture_default_str();
-    app.add_option("--scan-channel", options.scan_channel, "Default GPOM_SCAN; others LIDAR");
-    app.add_option("--pose-channel", options.pose_channel, "Default POSE; mbot SLAM_POSE");
-    app.add_option("--sensor-id", options.sensor_id, "Of gpom.scan_t")->capture_default_str();
-    app.add_option("--range-max", options.range_max_m, "Usable range of a CARMEN log's sensor [m]")
-        ->capture_default_str();
     app.add_option("--channel", options.log_channels,
                    "Of an LCM log only this channel; may be repeated (default: all)");
-    app.add_flag("--extent", options.is_extent,
-                 "Only print where the scans were made and how long it took: x0 y0 x1 y1 [m], "
-                 "duration [s], number of scans");
-    app.add_flag("--now", options.is_now, "Stamp scans with the time at which they are due");
-    app.add_option("--repeat", options.n_rounds, "Send the scans so many times, time going on")
-        ->check(CLI::Range(1u, 1000000u))
-        ->capture_default_str();
+    options.of_scans = {
+        app.add_option("--family", options.family,
+                       "Types that scans are sent as: gpom.scan_t; bot_core.planar_lidar_t and "
+                       "pose_t; mbot_lcm_msgs.lidar_t and pose2D_t")
+            ->check(CLI::IsMember({"gpom", "bot_core", "mbot"}))
+            ->capture_default_str(),
+        app.add_option("--scan-channel", options.scan_channel, "Default GPOM_SCAN; others LIDAR"),
+        app.add_option("--pose-channel", options.pose_channel, "Default POSE; mbot SLAM_POSE"),
+        app.add_option("--sensor-id", options.sensor_id, "Of gpom.scan_t")->capture_default_str(),
+        app.add_option("--range-max", options.range_max_m,
+                       "Usable range of a CARMEN log's sensor [m]")
+            ->capture_default_str(),
+        app.add_flag("--extent", options.is_extent,
+                     "Only print where the scans were made and how long it took: x0 y0 x1 y1 [m], "
+                     "duration [s], number of scans"),
+        app.add_flag("--now", options.is_now, "Stamp scans with the time at which they are due"),
+        app.add_option("--repeat", options.n_rounds, "Send the scans so many times, time going on")
+            ->check(CLI::Range(1u, 1000000u))
+            ->capture_default_str()};
 }
 
 /// The bus; what cannot be sent throws.
@@ -274,6 +278,9 @@ bool is_event_log(const std::string &path)
     return file && head[0] == 0xed && head[1] == 0xa1 && head[2] == 0xda && head[3] == 0x01;
 }
 
+/// Bytes of an event in a log but for its channel and its data.
+constexpr std::uint64_t kEventHeadBytes = 28;
+
 void replay_log(const Options &options, Sender &sender)
 {
     const std::unique_ptr<lcm_eventlog_t, void (*)(lcm_eventlog_t *)> log(
@@ -283,15 +290,28 @@ void replay_log(const Options &options, Sender &sender)
     }
     const std::vector<std::string> &wanted = options.log_channels;
     Pace pace(options.rate);
+    std::uint64_t n_bytes = 0; // of whole events
     while (lcm_eventlog_event_t *const event = lcm_eventlog_read_next_event(log.get())) {
         const std::unique_ptr<lcm_eventlog_event_t, void (*)(lcm_eventlog_event_t *)> owner(
             event, lcm_eventlog_free_event);
         const std::string channel(event->channel);
+        n_bytes += kEventHeadBytes + static_cast<std::uint64_t>(event->channellen) +
+                   static_cast<std::uint64_t>(event->datalen);
         if (event->datalen > 0 &&
             (wanted.empty() || std::find(wanted.begin(), wanted.end(), channel) != wanted.end())) {
             pace.wait_for(1e-6 * static_cast<double>(event->timestamp));
             sender.send(channel, event->data, static_cast<std::size_t>(event->datalen));
         }
+    }
+    const std::string sent = std::to_string(sender.n_sent()) + " messages sent";
+    if (n_bytes != std::filesystem::file_size(options.in_path)) { // liblcm takes this for the end
+        throw FileError(options.in_path, 0,
+                        "cut or damaged after its first " + std::to_string(n_bytes) + " bytes; " +
+                            sent);
+    }
+    if (sender.n_sent() == 0) {
+        throw FileError(options.in_path, 0,
+                        "has no event to send on these channels; give others with --channel");
     }
 }
 
@@ -301,8 +321,10 @@ void replay(const Options &options)
     if (!is_log && !options.log_channels.empty()) {
         throw std::runtime_error("--channel: only for an LCM event log");
     }
-    if (is_log && (options.is_now || options.n_rounds > 1)) {
-        throw std::runtime_error("--now, --repeat: not for an LCM event log");
+    for (const CLI::Option *const option : options.of_scans) {
+        if (is_log && option->count() > 0) {
+            throw std::runtime_error(option->get_name() + ": not for an LCM event log");
+        }
     }
     if (options.is_extent) {
         print_extent(scans_of(options));

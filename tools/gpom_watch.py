@@ -48,7 +48,8 @@ COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "sca
           74: "watchdog_resets",
           75: "datagrams_lost", 76: "datagrams_other", 77: "datagrams_malformed",
           78: "fragments_overlong", 79: "fragments_inconsistent", 80: "fragments_repeated",
-          81: "fragments_late", 82: "messages_timed_out", 83: "messages_evicted"}
+          81: "fragments_late", 82: "messages_timed_out", 83: "messages_evicted",
+          84: "messages_not_sent"}
 N_COUNTS = 88  # some without a name yet
 PROBABILITY_UNKNOWN, CLASS_UNKNOWN = 255, 3
 

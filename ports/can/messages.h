@@ -40,9 +40,9 @@ typedef enum {
 /** Faults of GPOM_Status, bit by bit. */
 enum {
     GPOM_CAN_FAULT_SCAN = 1,     /**< No scan in time. */
-    GPOM_CAN_FAULT_POSE = 2,     /**< Poses or odometry are missing. */
-    GPOM_CAN_FAULT_LCM = 4,      /**< Scans were lost on the way. */
-    GPOM_CAN_FAULT_CAN = 8,      /**< Bad frames, error frames or bus-off. */
+    GPOM_CAN_FAULT_POSE = 2,     /**< Poses or odometry are missing or refused. */
+    GPOM_CAN_FAULT_LCM = 4,      /**< Scans or poses were lost on the way. */
+    GPOM_CAN_FAULT_CAN = 8,      /**< Bad or lost frames, error frames or bus-off. */
     GPOM_CAN_FAULT_OVERRUN = 16, /**< More scans or queries than could be served. */
     GPOM_CAN_FAULT_FULL = 32     /**< The map is full: beams make room for others. */
 };

@@ -25,7 +25,11 @@ const char *Bus::open(const char *url)
 
 bool Bus::send(const char *channel, const std::uint8_t *bytes, std::size_t n_bytes)
 {
-    return lcm_publish(lcm_, channel, bytes, static_cast<unsigned int>(n_bytes)) == 0;
+    const bool is_sent = lcm_publish(lcm_, channel, bytes, static_cast<unsigned int>(n_bytes)) == 0;
+    if (!is_sent && counts_ != nullptr) {
+        counts_->add(GPOM_WIRE_MESSAGES_NOT_SENT);
+    }
+    return is_sent;
 }
 
 } // namespace gpomd

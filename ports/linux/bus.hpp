@@ -2,6 +2,8 @@
 #ifndef GPOM_LINUX_BUS_HPP
 #define GPOM_LINUX_BUS_HPP
 
+#include "ports/linux/counts.hpp"
+
 #include <lcm/lcm.h>
 
 #include <cstddef>
@@ -12,8 +14,9 @@ namespace gpomd
 
 class Bus {
 public:
+    /// What the system refuses is counted in `counts`, which outlives the bus; NULL: nowhere.
+    explicit Bus(Counts *counts = nullptr) : counts_(counts) {}
     ~Bus();
-    Bus() = default;
     Bus(const Bus &) = delete;
     Bus &operator=(const Bus &) = delete;
 
@@ -25,6 +28,7 @@ public:
 
 private:
     lcm_t *lcm_ = nullptr;
+    Counts *counts_;
 };
 
 } // namespace gpomd

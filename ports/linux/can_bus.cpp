@@ -149,7 +149,9 @@ CanWrite CanBus::write(std::uint32_t id, const std::uint8_t *bytes, std::size_t 
     if (::write(fd_, &raw, n) == static_cast<ssize_t>(n)) {
         return CanWrite::sent;
     }
-    return errno == ENOBUFS || errno == EAGAIN ? CanWrite::full : CanWrite::failed;
+    return errno == ENOBUFS || errno == EAGAIN ? CanWrite::full
+           : errno == ENETDOWN                 ? CanWrite::down
+                                               : CanWrite::failed;
 }
 
 std::uint32_t CanBus::take_overflow()

@@ -28,6 +28,7 @@ enum class CanRead : std::uint8_t {
 enum class CanWrite : std::uint8_t {
     sent,
     full, ///< The interface's queue is full: wait before the next.
+    down, ///< The interface is down.
     failed
 };
 

@@ -16,17 +16,20 @@ constexpr std::int64_t kFaultShown_us = 1000000;
 
 /// Counters behind the bits of GPOM_Status, from the lowest on; 0, a counter that is no fault, ends
 /// a list.
-constexpr std::size_t kCauses[][8] = {
+constexpr std::size_t kCausesMax = 9;
+constexpr std::size_t kCauses[][kCausesMax] = {
     {},
-    {GPOM_WIRE_SCANS_NO_POSE, GPOM_WIRE_SCANS_BAD_POSE, GPOM_WIRE_ODOMETRY_GAPS},
-    {GPOM_WIRE_SCANS_LOST, GPOM_WIRE_SCANS_CORRUPT, GPOM_WIRE_SCANS_MALFORMED, GPOM_WIRE_TIME_GAPS},
+    {GPOM_WIRE_SCANS_NO_POSE, GPOM_WIRE_SCANS_BAD_POSE, GPOM_WIRE_POSES_REFUSED,
+     GPOM_WIRE_ODOMETRY_GAPS},
+    {GPOM_WIRE_SCANS_LOST, GPOM_WIRE_SCANS_CORRUPT, GPOM_WIRE_SCANS_MALFORMED, GPOM_WIRE_TIME_GAPS,
+     GPOM_WIRE_DATAGRAMS_LOST, GPOM_WIRE_MESSAGES_TIMED_OUT},
     {GPOM_WIRE_CAN_BAD_LENGTH, GPOM_WIRE_CAN_BAD_CRC, GPOM_WIRE_CAN_BAD_COUNTER,
-     GPOM_WIRE_CAN_BAD_VALUE, GPOM_WIRE_CAN_LOST, GPOM_WIRE_CAN_ERRORS, GPOM_WIRE_CAN_OVERFLOWS,
-     GPOM_WIRE_CAN_NOT_SENT},
+     GPOM_WIRE_CAN_BAD_VALUE, GPOM_WIRE_CAN_LOST, GPOM_WIRE_CAN_REORDERED, GPOM_WIRE_CAN_ERRORS,
+     GPOM_WIRE_CAN_OVERFLOWS, GPOM_WIRE_CAN_NOT_SENT},
     {GPOM_WIRE_SCANS_OVERRUN, GPOM_WIRE_QUERIES_REFUSED},
     {}};
 
-std::int64_t sum_of(const Counts &counts, const std::size_t (&places)[8])
+std::int64_t sum_of(const Counts &counts, const std::size_t (&places)[kCausesMax])
 {
     std::int64_t sum = 0;
     for (const std::size_t place : places) {

@@ -30,6 +30,7 @@ constexpr const char *kNews[] = {
     "carries no CAN FD: frames of more than 8 bytes are not sent. A virtual one: ip link set "
     "vcan0 mtu 72; another: ip link set can0 type can ... dbitrate RATE fd on",
     "is down; bring it up with: ip link set INTERFACE up",
+    "is up again",
     "was removed; it is looked for until it comes back",
     "is bus-off: the controller takes no part in the bus. It comes back by itself only if it may: "
     "ip link set INTERFACE type can restart-ms 100",
@@ -124,6 +125,7 @@ void CanPort::try_open(std::int64_t now_us)
     }
     is_missed_ = false;
     is_bus_off_ = false;
+    down_us_ = 0;
 }
 
 /// Until a frame comes or something is to be done.
@@ -152,6 +154,7 @@ void CanPort::receive()
         CanFrame frame;
         switch (bus_.read(frame)) {
         case CanRead::frame:
+            note_up(frame.stamp_us);
             if ((frame.id & CAN_ERR_FLAG) != 0) {
                 take_error(frame);
             } else {
@@ -162,8 +165,7 @@ void CanPort::receive()
         case CanRead::none:
             return;
         case CanRead::down:
-            links_.counts->add(GPOM_WIRE_CAN_DOWNS);
-            tell(News::down);
+            note_down();
             return;
         case CanRead::gone:
             links_.counts->add(GPOM_WIRE_CAN_DOWNS);
@@ -171,6 +173,26 @@ void CanPort::receive()
             is_missed_ = true; // told
             return;
         }
+    }
+}
+
+/// The kernel tells once, to whoever asks first: the reading or the sending.
+void CanPort::note_down()
+{
+    if (down_us_ == 0) {
+        links_.counts->add(GPOM_WIRE_CAN_DOWNS);
+        tell(News::down);
+        down_us_ = wall_us();
+        is_bus_off_ = false; // the controller starts afresh when it comes up
+    }
+}
+
+/// A frame of then went through. What was received before the end may be read after it.
+void CanPort::note_up(std::int64_t stamp_us)
+{
+    if (down_us_ > 0 && stamp_us > down_us_) {
+        tell(News::up);
+        down_us_ = 0;
     }
 }
 
@@ -387,8 +409,12 @@ void CanPort::send(const CanSendConfig &to, const std::uint8_t *bytes, std::size
         back_off_us_ = std::clamp(2 * back_off_us_, kBackOffMin_us, kBackOffMax_us);
         write_next_us_ = now_us + back_off_us_;
     }
+    if (result == CanWrite::down) {
+        note_down();
+    }
     if (result == CanWrite::sent) {
         back_off_us_ = 0;
+        note_up(wall_us());
     }
     links_.counts->add(result == CanWrite::sent ? GPOM_WIRE_CAN_SENT : GPOM_WIRE_CAN_NOT_SENT);
 }

@@ -47,6 +47,7 @@ private:
         absent,
         no_fd,
         down,
+        up,
         gone,
         bus_off,
         restarted,
@@ -71,6 +72,8 @@ private:
     void try_open(std::int64_t now_us);
     void wait(std::int64_t now_us);
     void receive();
+    void note_down();
+    void note_up(std::int64_t stamp_us);
     void take_error(const CanFrame &frame);
     void take_message(const CanFrame &frame);
     bool take_signals(std::size_t i_message, const CanFrame &frame);
@@ -95,6 +98,7 @@ private:
     std::int64_t open_next_us_ = 0;
     bool is_missed_ = false; ///< It was told that the interface is not there.
     bool is_bus_off_ = false;
+    std::int64_t down_us_ = 0;       ///< When the interface went down, as stamps are; 0: it is up.
     bool is_silent_ = true;          ///< No odometry for its time-out.
     std::int64_t motion_us_ = 0;     ///< When odometry last came; monotonic.
     std::int64_t write_next_us_ = 0; ///< No frame before: the interface's queue was full.

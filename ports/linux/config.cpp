@@ -213,6 +213,9 @@ void check_sensor(const TomlTable &table, const Config &config)
     if (last.type != ScanType::gpom_scan && config.pose.channel[0] == '\0') {
         table.fail("type", "type: scans of this type carry no pose; add a [pose] table");
     }
+    if (std::strcmp(config.pose.channel, last.channel) == 0) {
+        table.fail("channel", "channel: is also pose.channel; a channel has one type");
+    }
     for (std::size_t i = 0; i + 1 < config.n_sensors; ++i) {
         const SensorConfig &other = config.sensors[i];
         if (std::strcmp(other.channel, last.channel) != 0) {
@@ -332,6 +335,36 @@ void read_publish(const TomlTable &root, PublishConfig &publish)
     publish.stale_after_us = seconds_or(table, "stale_s", 1.0, {0.05, 1e6});
 }
 
+/// gpomd must not read what it sends, nor send two types on a channel.
+void check_channels(const TomlTable &root, const Config &config)
+{
+    struct Field {
+        std::string name;
+        const char *channel;
+    };
+    const PublishConfig &publish = config.publish;
+    std::vector<Field> fields = {{"pose.channel", config.pose.channel}};
+    for (std::size_t i = 0; i < config.n_sensors; ++i) {
+        fields.push_back({"sensor[" + std::to_string(i) + "].channel", config.sensors[i].channel});
+    }
+    for (const Field &field : {Field{"request", publish.request}, Field{"query", publish.query},
+                               Field{"map", publish.map}, Field{"status", publish.status},
+                               Field{"answer", publish.answer}, Field{"grid", publish.grid},
+                               Field{"pixels", publish.pixels}}) {
+        for (const Field &other : fields) {
+            if (field.channel[0] == '\0' || std::strcmp(field.channel, other.channel) != 0) {
+                continue;
+            }
+            const std::string text = ": is also " + other.name + "; a channel has one type";
+            if (root.has("publish")) {
+                root.table("publish").fail(field.name, field.name + text);
+            }
+            root.fail("publish", "publish." + field.name + text);
+        }
+        fields.push_back({"publish." + field.name, field.channel});
+    }
+}
+
 std::string beside(const std::string &path, const std::string &name)
 {
     const std::size_t slash = path.rfind('/');
@@ -389,6 +422,7 @@ void read_config(const char *path, Config &config)
     read_sensors(root, config);
     read_intake(root, config);
     read_publish(root, config.publish);
+    check_channels(root, config);
     read_snapshot(root, path, config);
     read_can(root, config.can);
 }

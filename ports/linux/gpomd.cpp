@@ -80,7 +80,8 @@ constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
                                  {GPOM_WIRE_FRAGMENTS_REPEATED, "fragments repeated"},
                                  {GPOM_WIRE_FRAGMENTS_LATE, "fragments late"},
                                  {GPOM_WIRE_MESSAGES_TIMED_OUT, "messages incomplete"},
-                                 {GPOM_WIRE_MESSAGES_EVICTED, "messages in too many fragments"}};
+                                 {GPOM_WIRE_MESSAGES_EVICTED, "messages in too many fragments"},
+                                 {GPOM_WIRE_MESSAGES_NOT_SENT, "messages not sent"}};
 
 /// A thread by the name that `top -H` and debuggers show, 15 characters at most.
 template <class Body> std::thread named_thread(const char *name, const Body &body)
@@ -127,7 +128,7 @@ private:
     Config config_;
     Memory memory_;
     Counts counts_;
-    Bus bus_;
+    Bus bus_{&counts_};
     Subscriber subscriber_;
     ScanQueue scans_;
     QueryQueue queries_;

@@ -40,6 +40,13 @@ double yaw_of(const double (&q)[4])
     return std::atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]));
 }
 
+/// Rounded, but of unit length; false for numbers that are not finite.
+bool is_rotation(const double (&q)[4])
+{
+    const double norm2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    return std::fabs(norm2 - 1.0) <= 0.02;
+}
+
 /// Each beam has a bearing, and a time near the scan's.
 bool is_per_beam_sane(const ScanSlot &slot)
 {
@@ -91,8 +98,10 @@ void Intake::take_scan(const char *channel, const Message &message)
     const SensorConfig &sensor = config_->sensors[slot.i_sensor];
     slot.arrived_us = message.arrived_us;
     slot.stamp_us -= sensor.latency_us;
+    slot.latest_us = slot.stamp_us;
     for (std::uint32_t i = 0; slot.is_per_beam && i < slot.n_ranges; ++i) {
         slot.stamps_us[i] -= sensor.latency_us;
+        slot.latest_us = std::max(slot.latest_us, slot.stamps_us[i]);
     }
     for (std::uint32_t i = 0; sensor.ignores_no_return && i < slot.n_ranges; ++i) {
         if (slot.ranges_m[i] >= sensor.sensor.range_max_m) {
@@ -288,6 +297,9 @@ void Intake::take_pose(const Message &message)
     if (config_->pose.type == PoseType::bot_pose) {
         gpom_wire_bot_pose_t read = {};
         fault = gpom_wire_bot_pose_decode(&read, message.bytes, message.n_bytes);
+        if (fault == GPOM_WIRE_OK && !is_rotation(read.orientation)) {
+            fault = GPOM_WIRE_VALUE;
+        }
         pose = {read.stamp_us, read.position_m[0], read.position_m[1], yaw_of(read.orientation)};
     } else {
         gpom_wire_pose2d_t read = {};
@@ -367,10 +379,14 @@ PoseMatch Intake::pose_at(std::int64_t stamp_us, StampedPose &pose, float *cov) 
     return match == PoseMatch::gap ? carried : match;
 }
 
+/// A scan is looked at whenever something comes; while its latest beam waits, all of it does.
 PoseMatch Intake::match(ScanSlot &slot) const
 {
     StampedPose pose = {};
     float beam_cov[9]; // beams share the scan's
+    if (slot.is_per_beam && pose_at(slot.latest_us, pose, beam_cov) == PoseMatch::not_yet) {
+        return PoseMatch::not_yet;
+    }
     PoseMatch found = pose_at(slot.stamp_us, pose, slot.cov);
     const bool is_exact = slot.cov[0] == 0.0f && slot.cov[4] == 0.0f && slot.cov[8] == 0.0f;
     const float *const cov = is_exact ? nullptr : slot.cov;

@@ -48,7 +48,8 @@ void MapThread::run(const std::atomic<bool> &stop)
     while (!stop.load(std::memory_order_relaxed)) {
         pulse_.fetch_add(1, std::memory_order_relaxed);
         std::uint32_t i_slot = 0;
-        const bool is_busy = links_.snapshots->step(map_, monotonic_us()) || !is_done;
+        const bool is_saving = links_.snapshots->step(map_, monotonic_us());
+        const bool is_busy = is_saving || !is_done || links_.queries->ready.size() > 0;
         const std::int64_t wait_us = std::min(kSleep_us, links_.snapshots->wait_us(monotonic_us()));
         if (links_.scans->ready.pop(i_slot, is_busy ? 0 : wait_us)) {
             insert(links_.scans->slot(i_slot));

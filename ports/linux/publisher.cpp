@@ -181,13 +181,19 @@ void Publisher::send_map(bool is_keyframe)
     }
     n_sent = std::max(n_sent, std::uint32_t{1});
     std::uint16_t i_sent = 0;
+    bool is_published = false;
     for (std::uint32_t i = 0; i < n_tiles_; ++i) {
         if (is_whole || has_changed(i) || (is_sign_of_life && i == tile_of_robot())) {
-            send_tile(i, i_sent++, static_cast<std::uint16_t>(n_sent), is_whole);
+            const bool is_sent =
+                send_tile(i, i_sent++, static_cast<std::uint16_t>(n_sent), is_whole);
+            is_published = is_published || is_sent;
             if (i_sent % kBurstTiles == 0) {
                 std::this_thread::sleep_for(kBurstPause);
             }
         }
+    }
+    if (!is_published) {
+        return; // nobody lost anything: the same at the next turn
     }
     has_sent_ = true;
     sent_info_ = info_;
@@ -234,7 +240,8 @@ std::uint32_t Publisher::tile_of_robot() const
     return iy / kTileNy * n_tiles_x_ + ix / kTileNx;
 }
 
-void Publisher::send_tile(std::uint32_t i_tile, std::uint16_t i_sent, std::uint16_t n_sent,
+/// False: the system refused it.
+bool Publisher::send_tile(std::uint32_t i_tile, std::uint16_t i_sent, std::uint16_t n_sent,
                           bool is_keyframe)
 {
     const gpom_raster_t &raster = info_.raster;
@@ -262,10 +269,12 @@ void Publisher::send_tile(std::uint32_t i_tile, std::uint16_t i_sent, std::uint1
     tile.probability = codes_ + at;
     tile.variance_class = codes_ + at + kTileCells;
     const std::size_t n_bytes = gpom_wire_map_encode(&tile, message_, message_bytes_);
-    if (n_bytes > 0 && bus_->send(config_->publish.map, message_, n_bytes)) {
-        std::memcpy(sent_ + at, codes_ + at, 2 * kTileCells);
-        counts_->add(GPOM_WIRE_TILES_PUBLISHED);
+    if (n_bytes == 0 || !bus_->send(config_->publish.map, message_, n_bytes)) {
+        return false;
     }
+    std::memcpy(sent_ + at, codes_ + at, 2 * kTileCells);
+    counts_->add(GPOM_WIRE_TILES_PUBLISHED);
+    return true;
 }
 
 /// MBot's grid: corner of cell 0, log-odds.

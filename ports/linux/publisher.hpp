@@ -38,7 +38,7 @@ private:
     void encode_tile(std::uint32_t i_tile);
     bool has_changed(std::uint32_t i_tile) const;
     std::uint32_t tile_of_robot() const;
-    void send_tile(std::uint32_t i_tile, std::uint16_t i_sent, std::uint16_t n_sent,
+    bool send_tile(std::uint32_t i_tile, std::uint16_t i_sent, std::uint16_t n_sent,
                    bool is_keyframe);
     void send_grid();
     void send_pixels();

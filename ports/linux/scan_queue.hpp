@@ -16,6 +16,7 @@ namespace gpomd
 /// A scan in a slot. Arrays have room for IntakeConfig::ranges_max.
 struct ScanSlot {
     std::int64_t stamp_us;
+    std::int64_t latest_us;  ///< Of its latest beam; types without times per beam: stamp_us.
     std::int64_t arrived_us; ///< Monotonic.
     std::size_t i_sensor;
     gpom_pose_t pose; ///< At stamp_us; cov is `cov` below, or NULL.

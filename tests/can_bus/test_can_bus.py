@@ -3,6 +3,7 @@ import ctypes
 import math
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import threading
@@ -446,7 +447,19 @@ def test_an_interface_that_goes_down_up_away_and_comes_back_is_survived(start, b
     again.drive(1.0)
     assert watch.collect(PATIENCE_S, lambda: watch.status["counts"]["can_received"] == received + 1)
     said = output_of(daemon)
-    assert "vcan0 is down" in said and "vcan0 was removed" in said
+    assert re.search("vcan0 is down(.|\n)*vcan0 is up again(.|\n)*vcan0 was removed", said), said
+
+
+def test_bus_off_is_over_when_the_interface_was_down_and_up(start, bus, watch):
+    """The recovery by hand, on a bus where nobody sends but the daemon."""
+    begin(start)
+    before = dict(counts_of(watch))
+    bus.error(CAN_ERR_BUSOFF)
+    assert bus.next("GPOM_Status", lambda fields: fields["FaultCan"] == 1)
+    link("set", "vcan0", "down")
+    assert watch.collect(PATIENCE_S, lambda: rise(watch, before).get("can_downs") == 1)
+    link("set", "vcan0", "up")
+    assert bus_again().next("GPOM_Status", lambda fields: fields["FaultCan"] == 0)
 
 
 def bus_again():

@@ -200,6 +200,7 @@ TEST_CASE("the status counters stand in the same places in definition and header
     CHECK_COUNT(FRAGMENTS_LATE);
     CHECK_COUNT(MESSAGES_TIMED_OUT);
     CHECK_COUNT(MESSAGES_EVICTED);
+    CHECK_COUNT(MESSAGES_NOT_SENT);
 }
 
 TEST_CASE("gpom.scan_t is read and written as lcm-gen does")

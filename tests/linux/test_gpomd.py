@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 from conftest import (N_BEAMS, PATIENCE_S, ROOT, T0_US, URL, encoded, fresh_status, library_cells,
-                      replay, run, scan, tool, wait_for_map, wait_for_status, wait_until)
+                      replay, run, scan, stalled, tool, wait_for_map, wait_for_status, wait_until)
 from gpom_watch import Watch
 
 PARAMS = ROOT / "tools" / "params" / "street.toml"
@@ -280,6 +280,12 @@ def test_every_fault_of_foreign_scans_and_poses_raises_its_counter_alone(start, 
          {"scans_no_pose": 1, "poses_received": 1}),  # too far from the one before
         ([pose(peer, T0_US), pose(peer, T0_US + 1000 * ms, pos=[math.nan, 0, 0]),
           ("POSE", b"nonsense")], 0, {"poses_received": 3, "poses_refused": 3}),
+        ([pose(peer, T0_US + 1000 * ms, orientation=q)
+          for q in ([0.0] * 4, [2.0, 0.0, 0.0, 2.0], [1.02, 0.0, 0.0, 0.0],
+                    [0.98, 0.0, 0.0, 0.0], [math.nan, 0.0, 0.0, 1.0])],
+         0, {"poses_received": 5, "poses_refused": 5}),  # no rotations
+        ([pose(peer, T0_US + 1000 * ms, orientation=[0.705, 0.0, 0.0, 0.705])], 0,
+         {"poses_received": 1}),  # a rounded one
         ([pose(peer, T0_US + 3000 * ms), lidar(peer, T0_US + 3000 * ms)], 1,
          {"scans_inserted": 1, "poses_received": 1, "time_gaps": 1}),
         ([("LIDAR", encoded(scan(peer, 0)))], 1, {"scans_other_type": 1}),
@@ -378,6 +384,30 @@ def test_garbage_on_every_channel_changes_no_cell(start, street, peer, tmp_path)
     assert daemon.stop() == 0
     assert re.search(r"dropped: \d+ of another type, \d+ corrupt, \d+ malformed, \d+ queries",
                      "".join(daemon.lines)), daemon.lines
+
+
+def test_what_the_system_refuses_to_send_is_counted(start, peer):
+    """Without a route; no publication is counted that nobody could see."""
+    daemon, seen = start(publish="keyframe_s = 0.05\nmap_hz = 100"), set()
+    watch = Watch(f"{URL}&recv_buf_size=2097152")
+    watch.bus.subscribe("GPOM_MAP", lambda _, data: seen.add(
+        peer.type("gpom.map_t").decode(data).map_sequence)).set_queue_capacity(0)
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
+    wait_until(watch, lambda: seen)
+    assert fresh_status(watch)["counts"]["messages_not_sent"] == 0
+
+    def has_refused_tiles():
+        return fresh_status(watch)["counts"]["messages_not_sent"] > 20
+    for _ in range(PATIENCE_S):
+        subprocess.run(["ip", "route", "del", "224.0.0.0/4", "dev", "lo"], check=True)
+        time.sleep(0.5)
+        subprocess.run(["ip", "route", "add", "224.0.0.0/4", "dev", "lo"], check=True)
+        if has_refused_tiles():
+            break
+    assert has_refused_tiles()
+    assert watch.status["counts"]["maps_published"] <= len(seen)
+    assert daemon.stop() == 0
+    assert re.search(r"dropped: .*\d+ messages not sent", "".join(daemon.lines)), daemon.lines
 
 
 # ---- other families ------------------------------------------------------------------------------
@@ -486,6 +516,26 @@ def test_answers_are_the_library_s(start, street, peer, tmp_path):
         got, expected = np.float32(got), np.float32(expected)
         assert np.allclose(got, expected, rtol=0, atol=2e-5 if kind else 0)
     assert answer.map_utime == round(1e6 * float(street.read_text().splitlines()[-1].split(",")[0]))
+
+
+def test_queries_that_come_at_once_are_answered_one_after_the_other(start, peer):
+    """On an idle map, in their order, and without a sleep between two: fewer statuses come among
+    the answers than one for two."""
+    daemon, watch, heard, n = start(), Watch(URL), [], 24
+    watch.bus.subscribe("GPOM_STATUS", lambda _, data: heard.append("status"))
+    watch.bus.subscribe("GPOM_ANSWER", lambda _, data: heard.append(
+        peer.type("gpom.answer_t").decode(data).sequence))
+    wait_until(watch, lambda: "status" in heard)
+    with stalled(daemon.process, "mapping"):  # all are queued when it looks
+        for i in range(n):
+            watch.bus.publish("GPOM_QUERY", encoded(peer("gpom.query_t", sequence=i)))
+        del heard[:]
+        wait_until(watch, lambda: heard.count("status") > 2)
+        assert set(heard) == {"status"}
+        del heard[:]
+    wait_until(watch, lambda: n - 1 in heard)
+    assert [each for each in heard if each != "status"] == list(range(n))
+    assert heard[heard.index(0):].count("status") < n / 2, heard
 
 
 @pytest.mark.parametrize("status, step_m, points", [

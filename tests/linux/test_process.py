@@ -1,4 +1,5 @@
 """gpomd as a process: starts, stops, kills, configuration, memory; and what looks at it."""
+import configparser
 import math
 import os
 import re
@@ -89,6 +90,11 @@ def test_the_watchdog_is_not_fed_while_a_thread_is_stalled(thread, start, tmp_pa
 
 def test_the_unit_file_is_valid(tmp_path):
     text = (ROOT / "ports" / "linux" / "gpomd.service").read_text()
+    sections = configparser.ConfigParser(interpolation=None)
+    sections.optionxform = str
+    sections.read_string(text)
+    assert sections["Unit"]["StartLimitIntervalSec"] == "0"  # a route may come late: no last try
+    assert sections["Service"]["Restart"] == "on-failure"
     unit = tmp_path / "gpomd.service"
     unit.write_text(text.replace("/usr/local/bin/gpomd", tool("gpomd")))
     try:
@@ -126,6 +132,15 @@ SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
     ({"intake": "step_ops = 5"}, 14, "intake.step_ops: must be a whole number from "),
     ({"publish": "map_hz = 0"}, 17, "publish.map_hz: must be from 0.01 to 1000"),
     ({"publish": "stale_s = [1]"}, 17, "publish.stale_s: must be a number"),
+    ({"publish": 'map = "GPOM_SCAN"'}, 17, "publish.map: is also sensor[0].channel; a channel has "
+     "one type"),
+    ({"publish": 'status = "GPOM_QUERY"'}, 17, "publish.status: is also publish.query; a channel"),
+    ({"publish": 'grid = "POSE"', "rest": '[pose]\ntype = "bot_core.pose_t"'}, 17, "publish.grid: "
+     "is also pose.channel"),
+    ({"sensors": SENSOR + '\nchannel = "GPOM_ANSWER"'}, 16, "publish.answer: is also "
+     "sensor[0].channel"),
+    ({"sensors": SENSOR + '\nchannel = "POSE"', "rest": '[pose]\ntype = "bot_core.pose_t"'}, 6,
+     "sensor[0].channel: is also pose.channel"),
     ({"top": 'lcm_url = "file://bus.log"'}, 2, "lcm_url: must be udpm://ADDRESS:PORT?ttl=0"),
     ({"top": "what is this"}, 2, "not TOML: "),
     ({"params": "none.toml"}, 1, "params: none.toml: cannot open; give the name of a parameters"),

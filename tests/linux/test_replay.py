@@ -1,6 +1,7 @@
 """gpom-replay, and the five minutes of ports/linux/README.md as a newcomer would spend them."""
 import gzip
 import re
+import struct
 import subprocess
 
 import pytest
@@ -47,6 +48,12 @@ def test_stamps_of_now_follow_the_rate(peer, tmp_path):
     assert [stamp - stamps[0] for stamp in stamps] == [0, 100_000, 200_000]
 
 
+def event_log(n=2):
+    """An LCM log of n events on channel A, 34 bytes each."""
+    return b"".join(struct.pack(">IqqII", 0xeda1da01, i, i, 1, 5) + b"A12345"
+                    for i in range(n)).decode("latin-1")
+
+
 @pytest.mark.parametrize("content, options, text", [
     ("", [], "log:1: no scans in this file; need CSV scans or CARMEN FLASER lines"),
     ("what is this", [], "log:1: scan has 1 fields; need t,x,y,theta"),
@@ -54,7 +61,13 @@ def test_stamps_of_now_follow_the_rate(peer, tmp_path):
     (carmen_log(), ["--family", "ros"], "--family: ros not in {gpom,bot_core,mbot}"),
     (carmen_log(), ["--rate", "0"], "--rate: "),
     (carmen_log(), ["--url", "udpm://1.2.3.4:7667"], "the address is not one of multicast"),
-    ("\xed\xa1\xda\x01", ["--now"], "--now, --repeat: not for an LCM event log")])
+    *[(event_log(), option, f"{option[0]}: not for an LCM event log") for option in (
+        ["--now"], ["--repeat", "2"], ["--family", "mbot"], ["--sensor-id", "1"], ["--extent"],
+        ["--range-max", "9"], ["--scan-channel", "A"], ["--pose-channel", "A"])],
+    *[(event_log()[:n_bytes], [], f"log: cut or damaged after its first {n_whole} bytes; "
+       f"{n_whole // 34} messages sent") for n_bytes, n_whole in (
+        (4, 0), (28, 0), (33, 0), (35, 34), (62, 34), (67, 34))],
+    (event_log(), ["--channel", "NOPE"], "log: has no event to send on these channels")])
 def test_gpom_replay_says_in_one_line_what_is_wrong(content, options, text, tmp_path):
     path = tmp_path / "log"
     path.write_bytes(content.encode("latin-1"))
@@ -69,11 +82,33 @@ def test_help_names_every_option(tool):
     assert max(map(len, done.stdout.splitlines())) <= 200
 
 
+def commands_after(words):
+    """The lines of the README's first block after some words."""
+    text = (ROOT / "ports" / "linux" / "README.md").read_text()
+    block = re.search(re.escape(words) + r"[^\n]*\n\n((    .*\n)+)", text)[1]
+    return [line.split(" #")[0].strip() for line in block.splitlines()]
+
+
+def test_what_the_readme_installs_is_where_the_unit_looks(tmp_path):
+    """In a folder that stands for /; the daemon there takes its configuration for good."""
+    commands = commands_after("To put all where it looks for it:")
+    assert "systemctl enable --now gpomd" in commands.pop()
+    script = "\n".join(commands).replace("sudo ", "").replace("build/host-release", str(BUILD))
+    for folder in ("/usr/local", "/etc/gpom"):
+        assert folder in script
+        script = script.replace(folder, f"{tmp_path}{folder}")
+    subprocess.run(["bash", "-ec", script], cwd=ROOT, check=True, timeout=PATIENCE_S)
+    unit = (ROOT / "ports" / "linux" / "gpomd.service").read_text()
+    program, *options = re.search(r"ExecStart=(.*)", unit)[1].split()
+    words = [f"{tmp_path}{program}", options[0], f"{tmp_path}{options[1]}", "--check"]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_S,
+                          check=False)
+    assert done.returncode == 0 and "configuration is good" in done.stdout, done.stderr
+
+
 def test_the_five_minutes_of_the_readme_work(tmp_path):
     """Its commands as they stand there, but for building and the network, which are there."""
-    text = (ROOT / "ports" / "linux" / "README.md").read_text()
-    block = re.search(r"Five minutes\n-+\n\n((    .*\n)+)", text)[1]
-    commands = [line.split(" #")[0].strip() for line in block.splitlines()]
+    commands = commands_after("Five minutes\n------------")
     assert commands[0].startswith("make ") and commands[1].startswith("sudo ip link set lo up")
     script = "\n".join(commands[2:]).replace("build/host-release", str(BUILD))
     for word, instead in (("scans.csv", f"{tmp_path}/scans.csv"), ("--rate 5", "--rate 20"),

@@ -150,3 +150,36 @@ def test_the_examples_show_the_map_and_say_when_it_is_stale(example, start, peer
     finally:
         shown.kill()
         shown.wait(10)
+
+
+def tile_of(peer, epoch, classes):
+    """A tile at the corner of a map of two cells."""
+    n = len(classes)
+    return encoded(peer("gpom.map_t", utime=int(1e6 * time.time()), n_tiles=1, frame_epoch=epoch,
+                        cell_m=1.0, prior_variance=1.0, map_nx=2, map_ny=1, nx=n, ny=1, n_cells=n,
+                        probability=bytes(n), variance_class=bytes(classes)))
+
+
+@pytest.mark.parametrize("example", [c_example, python_example])
+def test_the_examples_ignore_tiles_from_before_a_jump(example, peer, tmp_path):
+    """A late tile of an earlier epoch wipes nothing of the map."""
+    command, output, watch = example(tmp_path), tmp_path / "output", Watch(URL)
+
+    def shown():
+        return [line for line in output.read_text().splitlines() if line.startswith("age")]
+
+    def show_two_occupied():
+        watch.bus.publish("GPOM_MAP", tile_of(peer, 1, [2, 2]))
+        return any(" 2 occupied" in line for line in shown())
+    with output.open("w") as file:
+        program = subprocess.Popen([*command, URL], stdout=file,
+                                   env={**os.environ, "PYTHONPATH": str(BUILD / "lcm" / "python")})
+    try:
+        wait_until(watch, show_two_occupied)
+        watch.bus.publish("GPOM_MAP", tile_of(peer, 0, [0, 0]))
+        watch.bus.publish("GPOM_MAP", tile_of(peer, 1, [0]))
+        wait_until(watch, lambda: any(" 1 free" in line for line in shown()))
+        assert " 1 occupied" in shown()[-1] and not any(" 2 free" in line for line in shown())
+    finally:
+        program.kill()
+        program.wait(10)

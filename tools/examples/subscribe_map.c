@@ -26,8 +26,8 @@ static void take(const lcm_recv_buf_t *buffer, const char *channel, void *unused
 {
     gpom_wire_map_t t;
     if (gpom_wire_map_decode(&t, buffer->data, buffer->data_size) != GPOM_WIRE_OK ||
-        (size_t)t.map_nx * t.map_ny > CELLS_MAX) {
-        return;
+        (size_t)t.map_nx * t.map_ny > CELLS_MAX || t.frame_epoch < last.frame_epoch) {
+        return; /* damaged, too large, or late: from before the frame jumped */
     }
     if (is_moved(&t)) { /* what was known is of no use */
         memset(classes, GPOM_WIRE_UNKNOWN, sizeof classes);

@@ -23,6 +23,8 @@ class MapOfGpomd:
 
     def take(self, _channel, data):
         tile = map_t.decode(data)
+        if self.key is not None and tile.frame_epoch < self.key[0]:
+            return  # late: from before the frame jumped
         corner = [round(tile.corner[k] - tile.cell_m * (tile.ix0, tile.iy0)[k], 3) for k in (0, 1)]
         key = (tile.frame_epoch, tile.map_nx, tile.map_ny, *corner)
         if self.key is None or key != self.key:  # another frame or place: forget everything
