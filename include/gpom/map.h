@@ -47,7 +47,9 @@ typedef struct {
                                 does not count. */
     float rebase_m;        /**< The origin moves to the robot, by whole metres, when that is farther
                                 away; 0 .. GPOM_REACH_M / 2 [m]; 0 in frame "map". Default 0: it
-                                stays. */
+                                stays. Each move starts the building of trees anew: 20 m or more.
+                                It forgets beams beyond GPOM_REACH_M of the new origin; a pose
+                                beyond that of the old one is refused unless the map is empty. */
     double origin_x_m;    /**< Map frame's east of the origin [m]; beams are kept relative to it. */
     double origin_y_m;    /**< Map frame's north of the origin [m]. Defaults 0, 0. */
     gpom_params_t params; /**< Hyperparameters, copied. Default gpom_params_init(). */
