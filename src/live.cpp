@@ -147,12 +147,11 @@ void move_origin(gpom_map &map, const Eigen::Vector2d &step_m)
 {
     const double dx_m = step_m.x();
     const double dy_m = step_m.y();
-    const double step2_m2 = dx_m * dx_m + dy_m * dy_m;
-    if (!(step2_m2 > 0.0)) {
+    if (dx_m == 0.0 && dy_m == 0.0) {
         return;
     }
     const uint32_t n_before = map.index.n_beams;
-    if (step2_m2 > 4.0 * GPOM_REACH_M * GPOM_REACH_M) {
+    if (n_before == 0) {
         drop_all(map);
     } else {
         shift_origin(map.index, static_cast<float>(dx_m), static_cast<float>(dy_m));
