@@ -98,7 +98,8 @@ typedef struct {
     uint64_t beams_redundant;     /**< Not kept: the map was full of more useful ones. */
     uint64_t beams_ids_spent;     /**< Not kept: 2^31 beams were kept since the map was
                                        last made, cleared or read from a snapshot. */
-    uint64_t beams_evicted;       /**< Removed: least useful when the map was full. */
+    uint64_t beams_evicted;       /**< Removed: least useful when the map was full,
+                                       be it for its gap, its age or its distance. */
     uint64_t beams_not_confirmed; /**< Removed: provisional, and not seen a second time. */
     uint64_t hits_cleared;        /**< Removed: scans of several times saw through the hit. */
     uint64_t beams_forgotten; /**< Removed: gpom_map_forget(), or out of reach of a new origin. */

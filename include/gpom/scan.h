@@ -82,11 +82,15 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *          GPOM_ERR_REACH  sensor beyond GPOM_REACH_M of the origin; counted, map unchanged. So,
  *                          too, if the origin follows the robot (rebase_m) and any beam is kept:
  *                          each scan has to be near the last, gpom_map_jump() is for real jumps.
- *  Cost    O(n_ranges (1 + n_masks)), 60 arithmetic operations a beam; with keep_m > 0, for each 16
- *          beams one walk of the hit tree, for each that ends at no kept hit one of either tree,
- *          for each new return up to two more and, when full, five more: a walk tests at most
- *          n_beams / 4 boxes and looks at n_beams beams, in practice a few dozen of each.
- *          Never waits for gpom_map_step(). */
+ *  Cost    O(n_ranges (1 + n_masks)) and 60 arithmetic operations a beam. Walks of a tree, each at
+ *          most beam_max / 4 boxes and 2 beam_max beams, in practice a few dozen of each: when
+ *          full, 5 for each new beam; with keep_m > 0, 1 for each 16 beams, which compares those 16
+ *          with every hit it meets, 1 for each beam that ends at no kept hit, 2 more for each new
+ *          return, and 1 for each kept hit that arrived (live.h) and is confirmed.
+ *          Low-resolution cells near a beam are marked, at most all of them, for each beam kept and
+ *          each beam, hit or segment removed; m that one group of 16 removes are sorted, m log2(m).
+ *          A rolling window that moves sets its new cells, at most all; an origin that moves
+ *          (rebase_m) shifts all beams and boxes. Never waits for gpom_map_step(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
                                                        const gpom_sensor_t *sensor,
                                                        const gpom_pose_t *pose);
