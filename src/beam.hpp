@@ -19,7 +19,7 @@ struct Beam {
     float dir_x, dir_y; ///< Unit direction.
     float range_m;      ///< Raw range, or the usable maximum if there was no return.
     float excess;      ///< w = 1 / rho^2 - 1 >= 0: how much its noise is raised (scan.h); 0: known.
-    uint32_t id;       ///< Order of insertion; grows for ever.
+    uint32_t id;       ///< Order of insertion since the map was empty.
     uint32_t stamp_ms; ///< Time of its scan, since the map's first.
     uint16_t scan;     ///< Number of its scan, modulo 2^16.
     uint16_t returned : 1;    ///< range_m ends at a surface: a gap is left before it.

@@ -126,15 +126,16 @@ Box shifted(const Box &box, float dx_m, float dy_m)
 void forget_all(Index &index)
 {
     ++index.n_forgotten;
+    index.next_id = 0;
     index.n_slots = 0;
     index.n_beams = 0;
     index.first_free = kNoSlot;
     index.n_vanished = 0;
     index.phase = BuildPhase::kIdle;
     index.hit_tree.n_items = 0;
-    index.hit_tree.id_end = index.next_id;
+    index.hit_tree.id_end = 0;
     index.free_tree.n_items = 0;
-    index.free_tree.id_end = index.next_id;
+    index.free_tree.id_end = 0;
 }
 
 void reset_recent(Index &index, uint32_t i)
@@ -148,7 +149,7 @@ void remember(Index &index, uint32_t slot)
     const Beam &beam = index.beams[slot];
     const uint32_t number = beam.id / kRecentBlock;
     RecentBlock &block = index.recent[number % index.n_recent_max];
-    if (block.number != number) {
+    if (beam.id % kRecentBlock == 0) { // what it held may be of ids before forget_all()
         block = {};
         block.number = number;
         block.hits = empty_box();

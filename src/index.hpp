@@ -64,7 +64,7 @@ constexpr uint32_t recent_capacity(uint32_t beam_max)
     return (beam_max / 8 + kRebuildMin) / kRecentBlock + 1;
 }
 
-/// Forget all beams; ids go on growing.
+/// Forget all beams; ids start again at 0.
 void forget_all(Index &index);
 
 /// Put a beam into the store under the next id. The store must have room, and ids.
@@ -79,7 +79,7 @@ inline bool is_full(const Index &index)
 /// Empty the entry of Index::recent at `i`.
 void reset_recent(Index &index, uint32_t i);
 
-/// Enter a beam of the store into its block of recent ones.
+/// Enter a beam of the store into its block of recent ones. Ids come one after the other.
 void remember(Index &index, uint32_t slot);
 
 /// Take a part of a beam away; without any part the slot is free.

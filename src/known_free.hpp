@@ -30,7 +30,7 @@ constexpr Margin kClear = {0.6f, 0.2f};
 bool is_known_free(gpom_map &map, const Point &at, const Margin &margin);
 
 /// A hit was confirmed where segments were free: those give way that pass by it, or cross its
-/// occupied depth.
-void clear_free(gpom_map &map, const Beam &hit);
+/// occupied depth. Seldom, so that it is compiled for size.
+[[gnu::cold]] void clear_free(gpom_map &map, const Beam &hit);
 
 } // namespace gpom

@@ -132,18 +132,26 @@ void drop_out_of_reach(gpom_map &map)
 
 } // namespace
 
-void follow_origin(gpom_map &map, double x_m, double y_m)
+Eigen::Vector2d origin_step(const gpom_map &map, double x_m, double y_m)
 {
     const double from_x = x_m - map.config.origin_x_m;
     const double from_y = y_m - map.config.origin_y_m;
     const double rebase_m = static_cast<double>(map.config.rebase_m);
     if (!(rebase_m > 0.0) || !(from_x * from_x + from_y * from_y > rebase_m * rebase_m)) {
+        return {0.0, 0.0};
+    }
+    return {whole_metres(from_x), whole_metres(from_y)};
+}
+
+void move_origin(gpom_map &map, const Eigen::Vector2d &step_m)
+{
+    const double dx_m = step_m.x();
+    const double dy_m = step_m.y();
+    if (dx_m == 0.0 && dy_m == 0.0) {
         return;
     }
-    const double dx_m = whole_metres(from_x);
-    const double dy_m = whole_metres(from_y);
     const uint32_t n_before = map.index.n_beams;
-    if (dx_m * dx_m + dy_m * dy_m > 4.0 * GPOM_REACH_M * GPOM_REACH_M) {
+    if (n_before == 0) {
         drop_all(map);
     } else {
         shift_origin(map.index, static_cast<float>(dx_m), static_cast<float>(dy_m));

@@ -123,6 +123,9 @@ void init_layers(Lowres &lowres, const gpom_config_t &config, Cell *cells)
     coarse.window.iy0 = cell_number(config.origin_y_m, 0.0, cell_m) - config.lowres_ny / 2;
 }
 
+/// A scan this much older than the newest is not late: the clock was ahead [ms].
+constexpr uint32_t kSetBack_ms = 60000;
+
 void count_stamp(Lowres &lowres, int64_t stamp_us)
 {
     if (lowres.has_stamp0 == 0) {
@@ -132,7 +135,8 @@ void count_stamp(Lowres &lowres, int64_t stamp_us)
         end_change(lowres);
     }
     const uint32_t ms = milliseconds_since(lowres.stamp0_us, stamp_us);
-    if (ms > load(lowres.newest_ms)) {
+    const uint32_t newest_ms = load(lowres.newest_ms);
+    if (ms > newest_ms || newest_ms - ms > kSetBack_ms) {
         store(lowres.newest_ms, ms);
     }
 }

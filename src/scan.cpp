@@ -258,8 +258,6 @@ struct SensorPlace {
     gpom::Pose T_map_sensor;
     Eigen::Vector2d from_origin_m; ///< Relative to the map's origin.
     Eigen::Vector2f lever_m;       ///< From the robot to the sensor, map axes.
-
-    bool is_in_reach() const { return from_origin_m.squaredNorm() <= GPOM_REACH_M * GPOM_REACH_M; }
 };
 
 SensorPlace place_of(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose)
@@ -270,6 +268,23 @@ SensorPlace place_of(const gpom_map &map, const gpom_sensor_t &sensor, const gpo
     const Eigen::Vector2d origin_m(map.config.origin_x_m, map.config.origin_y_m);
     return {T_map_sensor, T_map_sensor.position_m - origin_m,
             (T_map_sensor.position_m - T_map_robot.position_m).cast<float>()};
+}
+
+/// True if the sensor is in reach once the origin has moved by a step.
+bool is_in_reach(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
+                 const Eigen::Vector2d &step_m)
+{
+    const Eigen::Vector2d from_m = place_of(map, sensor, pose).from_origin_m - step_m;
+    return from_m.squaredNorm() <= GPOM_REACH_M * GPOM_REACH_M;
+}
+
+/// True if the origin may follow the robot: a pose out of reach of the origin is wild, and what is
+/// kept stays. An empty map has nothing to lose.
+bool may_follow(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
+                const Eigen::Vector2d &step_m)
+{
+    return is_in_reach(map, sensor, pose, step_m) &&
+           (map.index.n_beams == 0 || is_in_reach(map, sensor, pose, {0.0, 0.0}));
 }
 
 /// Of the scan that was noted last.
@@ -331,11 +346,12 @@ gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
     if (!is_pose(*pose)) {
         return refuse_pose(*map);
     }
-    gpom::follow_origin(*map, pose->x_m, pose->y_m);
-    const SensorPlace place = place_of(*map, *sensor, *pose);
-    if (!place.is_in_reach()) {
+    const Eigen::Vector2d step_m = gpom::origin_step(*map, pose->x_m, pose->y_m);
+    if (!may_follow(*map, *sensor, *pose, step_m)) {
         return refuse_reach(*map);
     }
+    gpom::move_origin(*map, step_m);
+    const SensorPlace place = place_of(*map, *sensor, *pose);
     note_scan(*map, scan->stamp_us, place);
     const ScanContext context = context_of(*map, *sensor, *pose, place);
     for (uint32_t i = 0; i < scan->n_ranges; ++i) {
@@ -355,16 +371,16 @@ gpom_status_t gpom_sweep_insert(gpom_map_t *map, const gpom_sweep_t *sweep,
     if (!is_pose(*pose) || !are_poses(*sweep)) {
         return refuse_pose(*map);
     }
-    gpom::follow_origin(*map, pose->x_m, pose->y_m);
-    const SensorPlace place = place_of(*map, *sensor, *pose);
-    bool is_in_reach = place.is_in_reach();
-    for (uint32_t i = 0; i < sweep->n_ranges && is_in_reach; ++i) {
-        is_in_reach = place_of(*map, *sensor, sweep->poses[i]).is_in_reach();
+    const Eigen::Vector2d step_m = gpom::origin_step(*map, pose->x_m, pose->y_m);
+    bool are_in_reach = may_follow(*map, *sensor, *pose, step_m);
+    for (uint32_t i = 0; i < sweep->n_ranges && are_in_reach; ++i) {
+        are_in_reach = is_in_reach(*map, *sensor, sweep->poses[i], step_m);
     }
-    if (!is_in_reach) {
+    if (!are_in_reach) {
         return refuse_reach(*map);
     }
-    note_scan(*map, sweep->stamp_us, place);
+    gpom::move_origin(*map, step_m);
+    note_scan(*map, sweep->stamp_us, place_of(*map, *sensor, *pose));
     for (uint32_t i = 0; i < sweep->n_ranges; ++i) {
         const gpom_pose_t &own = sweep->poses[i];
         insert_beam(*map, context_of(*map, *sensor, own, place_of(*map, *sensor, own)),

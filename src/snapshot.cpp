@@ -380,14 +380,12 @@ void list(State &s, gpom_map_t &map, uint32_t slot)
     }
 }
 
-void publish_beams(const State &s, const Commit &commit, Index &index)
+void publish_beams(const State &s, Index &index)
 {
-    index.next_id = commit.next_id > index.next_id ? commit.next_id : index.next_id;
+    index.next_id = s.n_placed;
     index.n_slots = s.n_placed;
     index.n_beams = s.n_beams - s.report.n_dropped;
     index.first_free = s.first_free;
-    index.hit_tree.id_end = s.n_placed > 0 ? s.first_id : index.next_id;
-    index.free_tree.id_end = index.hit_tree.id_end;
 }
 
 /// Let all be seen: the beams in the store, and the commit in s.block.
@@ -397,7 +395,7 @@ void publish(State &s, gpom_map_t &map)
     const bool is_whole = gpom::take_commit(s.block, commit);
     GPOM_ASSERT(is_whole);
     (void)is_whole;
-    publish_beams(s, commit, map.index);
+    publish_beams(s, map.index);
     gpom::take_counters(s.block, commit.n_counters, map.stats);
     map.config.origin_x_m = commit.origin_x_m;
     map.config.origin_y_m = commit.origin_y_m;
@@ -423,19 +421,20 @@ void publish(State &s, gpom_map_t &map)
     finish(s);
 }
 
-/// Go through some of the beams in order of their ids, of which none may come twice.
+/// Go through some of the beams in order of their ids, of which none may come twice, and number
+/// them anew from 0 on: however long a map is handed on, its ids do not run out.
 void order_some(State &s, gpom_map_t &map)
 {
     IdHeap heap = heap_of(s, map.index);
     for (uint32_t i = 0; i < kBlockBeams && heap.n > 0; ++i) {
         const uint32_t slot = heap.pop();
-        const uint32_t id = map.index.beams[slot].id;
+        uint32_t &id = map.index.beams[slot].id;
         if (id < s.id_end) {
             give_up_slot(s);
             return;
         }
-        s.first_id = s.id_end == 0 ? id : s.first_id;
         s.id_end = id + 1;
+        id = s.n_placed - heap.n - 1;
         list(s, map, slot);
     }
     s.n_unordered = heap.n;

@@ -72,6 +72,11 @@ CLI::App *add_cars(CLI::App &app, Options &options)
     command->add_option("--step", street.step_m, "Way driven from scan to scan [m]");
     command->add_option("--cars-leave-at", street.cars_leave_at, "Scan at which they leave");
     command->add_option("--cars-arrive-at", street.cars_arrive_at, "Scan at which they arrive");
+    command
+        ->add_option("--seen-gap", options.cars.seen_gap_m,
+                     "Most between beams that see through a cell [m]")
+        ->check(CLI::Range(1e-3, 10.0))
+        ->capture_default_str();
     command->add_option("--cell", options.cars.cell_m, "Low-resolution cells' size [m]")
         ->check(CLI::Range(0.1, 10.0));
     add_live_options(*command, options.cars.live);

@@ -17,7 +17,7 @@
  *    it. Then the free segments go at once. It is gone itself once a beam passes it, or when
  *    beam_max / 16 + 8 younger ones wait.
  *  - A return from a kept hit without free segment is kept in its place.
- *  - Beams whose position is not known to keep_m / 4 (standard deviation) speak against nothing.
+ *  - Beams whose end is not known to 2 keep_m (standard deviation) speak against nothing.
  *  - A beam without return is kept if its end is 4 keep_m or more from any free segment.
  *  - When the map is full, the least useful of the next four beams in turn makes room: the one
  *    whose hit is nearest to another, by far_m and old_s; a beam without hit counts like one with
@@ -49,7 +49,8 @@ extern "C" {
  *  budget while there are dirty cells.
  *
  *  budget   operations, each a handful of instructions: GPOM_INDEX_ITEM_OPS an item of an index,
- *           GPOM_LOWRES_CELL_OPS() a cell.
+ *           GPOM_LOWRES_CELL_OPS() a cell. That counts 1024 for a cell's search whatever it takes,
+ *           which for a watchdog is bounded as a query's: budget / GPOM_LOWRES_CELL_OPS() of them.
  *  scratch  as for a query; NULL: no cells are evaluated.
  *  used     operations done, never more than budget; 0: nothing was left to do, or budget was too
  *           small to do it. NULL allowed.
@@ -61,15 +62,16 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_step(gpom_map_t *map, uint64_t bu
 typedef struct {
     double x_m;
     double y_m;
-    double radius_m; /**< > 0. */
+    double radius_m; /**< > 0, at most 2 GPOM_REACH_M. */
 } gpom_disc_t;
 
 /** Forget what is known inside a disc: hits in it, and the stretch in it of every free segment. A
  *  beam that ends in it remains as free up to it; of one that crosses it and has a hit the part
  *  behind remains, without a hit the part before.
  *
- *  Errors  GPOM_ERR_ARG (null, not finite, radius not > 0).
- *  Cost    O(beams kept). */
+ *  Errors  GPOM_ERR_ARG (null, not finite, radius out of range).
+ *  Cost    O(beams kept), and for each beam in the disc the cells near it are marked, at most
+ *          all. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_forget(gpom_map_t *map, const gpom_disc_t *disc);
 
 /** What becomes of the map when its frame jumps. */
@@ -84,7 +86,7 @@ typedef enum {
  *
  *  disc    what to forget with GPOM_JUMP_FORGET; else ignored, NULL allowed.
  *  Errors  GPOM_ERR_ARG (null, no such rule, disc as in gpom_map_forget()); then nothing changed.
- *  Cost    O(beams kept + low-resolution cells). */
+ *  Cost    GPOM_JUMP_KEEP O(1), _FORGET as gpom_map_forget(), _CLEAR as gpom_map_clear(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_jump(gpom_map_t *map, gpom_jump_t rule,
                                                     const gpom_disc_t *disc);
 

@@ -53,7 +53,8 @@ typedef struct {
                            is not occupied, or the cell was never evaluated (then stamp_ms is 0,
                            probability the prior's, variance 255). */
     uint32_t stamp_ms; /**< Stamp of the newest scan when it was evaluated, from
-                           gpom_lowres_info_t::stamp0_us on [ms]; stops at 2^32 - 1 (49 days). */
+                           gpom_lowres_info_t::stamp0_us on [ms]. Its age is newest_ms less this; if
+                           this is greater, the clock was set back since: age unknown. */
 } gpom_cell_t;
 
 /** What a raster covers and how fresh it is. */
@@ -61,7 +62,11 @@ typedef struct {
     gpom_raster_t raster;  /**< Geometry, map frame. nx = ny = 0: there is none. Cell (ix, iy) has
                                 its centre at (x0_m + (ix + 0.5) cell_m, likewise y). */
     int64_t stamp0_us;     /**< Stamp of the map's first scan: stamp_ms counts from here [us]. */
-    uint32_t newest_ms;    /**< Stamp of the newest scan, from stamp0_us on [ms]. */
+    uint32_t newest_ms;    /**< Stamp of the newest scan, from stamp0_us on [ms]. One more than a
+                                minute older than the newest sets it back: the clock was ahead.
+                                It stops at 0 for stamps before stamp0_us and at 2^32 - 1, 49 days
+                                later, also over snapshots: then ages are no longer known, and a map
+                                made anew is needed. */
     uint32_t map_sequence; /**< Scans and other changes so far, modulo 2^32. */
     uint32_t frame_epoch;  /**< Grows by one when the map frame jumps (gpom_map_…). */
     uint32_t n_dirty;      /**< Cells marked and not evaluated since. */

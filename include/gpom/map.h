@@ -47,7 +47,9 @@ typedef struct {
                                 does not count. */
     float rebase_m;        /**< The origin moves to the robot, by whole metres, when that is farther
                                 away; 0 .. GPOM_REACH_M / 2 [m]; 0 in frame "map". Default 0: it
-                                stays. */
+                                stays. Each move starts the building of trees anew: 20 m or more.
+                                It forgets beams beyond GPOM_REACH_M of the new origin; a pose
+                                beyond that of the old one is refused unless the map is empty. */
     double origin_x_m;    /**< Map frame's east of the origin [m]; beams are kept relative to it. */
     double origin_y_m;    /**< Map frame's north of the origin [m]. Defaults 0, 0. */
     gpom_params_t params; /**< Hyperparameters, copied. Default gpom_params_init(). */
@@ -94,8 +96,10 @@ typedef struct {
     uint64_t beams_known;         /**< Not kept: confirms what is known (keep_m). */
     uint64_t beams_contradicting; /**< Not kept: runs past hits that stand so far (clear_scans). */
     uint64_t beams_redundant;     /**< Not kept: the map was full of more useful ones. */
-    uint64_t beams_ids_spent;     /**< Not kept: 2^31 beams were kept before. */
-    uint64_t beams_evicted;       /**< Removed: least useful when the map was full. */
+    uint64_t beams_ids_spent;     /**< Not kept: 2^31 beams were kept since the map was
+                                       last made, cleared or read from a snapshot. */
+    uint64_t beams_evicted;       /**< Removed: least useful when the map was full,
+                                       be it for its gap, its age or its distance. */
     uint64_t beams_not_confirmed; /**< Removed: provisional, and not seen a second time. */
     uint64_t hits_cleared;        /**< Removed: scans of several times saw through the hit. */
     uint64_t beams_forgotten; /**< Removed: gpom_map_forget(), or out of reach of a new origin. */
@@ -113,7 +117,7 @@ typedef struct {
     float range_m;       /**< Raw range; the usable maximum for a beam without return [m]. */
     float hit_noise;     /**< Noise variance of its hit: sn2, raised by position uncertainty [1]. */
     float free_noise;    /**< Noise variance of its free points: sn2_free, raised likewise [1]. */
-    uint32_t id;         /**< Order of insertion; grows for ever, never reused. */
+    uint32_t id;         /**< Order of insertion; from 0 again when a map is cleared or read. */
     uint8_t is_hit;      /**< 1: its hit at range_m is known. 0: none, or no longer. */
     uint8_t is_free;     /**< 1: it is known free from the sensor up to the gap before range_m. */
     uint8_t returned;    /**< 1: range_m is that of a return, and a gap is left before it. */
@@ -137,7 +141,7 @@ GPOM_API size_t gpom_map_bytes(const gpom_config_t *config);
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config,
                                                     void *mem, size_t mem_bytes);
 
-/** Forget all beams; low-resolution cells become unknown. Ids go on growing; counters stay.
+/** Forget all beams; low-resolution cells become unknown. Ids start again at 0; counters stay.
  *  O(low-resolution cells). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_clear(gpom_map_t *map);
 

@@ -6,10 +6,11 @@
  *
  *  Cost of one point: for B beams in the trees at most W = min(B / 8 + 1, config.walk_max) walks
  *  down each of them, in all at most B / 2 and 2 W log2 B boxes, and B and 8 W segments and hits
- *  (in practice about 100 + 20 log2 B of each; a search that was cut is done once more without
- *  what its predecessor told, and queries whose packet was cut each for itself), and every beam
- *  inserted since the trees were built; then n^2 / 2 covariances
- *  and n^3 / 6 + n^2 multiply-adds for n = n_hits + n_free, and n^2 comparisons with
+ *  (in practice about 100 + 20 log2 B of each), and every beam inserted since the trees were built.
+ *  All of that twice for all but a call's first, if the search that looks no farther than the one
+ *  before it lets expect finds too few; with more than one lane B / 2 boxes more to find where to
+ *  start, and queries whose packet was cut are each searched for alone, too. Then n^2 / 2
+ *  covariances and n^3 / 6 + n^2 multiply-adds for n = n_hits + n_free, and n^2 comparisons with
  *  scan_points_max. More than GPOM_POINTS_MAX neighbours are solved sparse, in double and one query
  *  at a time: as many multiply-adds as the factor has pairs of nonzeros in a column, at worst
  *  n^3 / 6 again. No allocation, no recursion, no locks: safe in an interrupt if its time is. */

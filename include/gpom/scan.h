@@ -79,12 +79,18 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *
  *  Errors  GPOM_ERR_ARG    null, or a field of sensor or scan out of range; map unchanged.
  *          GPOM_ERR_ARG    pose not finite or covariance not valid; counted, map unchanged.
- *          GPOM_ERR_REACH  sensor beyond GPOM_REACH_M of the origin; counted, map unchanged.
- *  Cost    O(n_ranges (1 + n_masks)), 60 arithmetic operations a beam; with keep_m > 0, for each 16
- *          beams one walk of the hit tree, for each that ends at no kept hit one of either tree,
- *          for each new return up to two more and, when full, five more: a walk tests at most
- *          n_beams / 4 boxes and looks at n_beams beams, in practice a few dozen of each.
- *          Never waits for gpom_map_step(). */
+ *          GPOM_ERR_REACH  sensor beyond GPOM_REACH_M of the origin; counted, map unchanged. So,
+ *                          too, if the origin follows the robot (rebase_m) and any beam is kept:
+ *                          each scan has to be near the last, gpom_map_jump() is for real jumps.
+ *  Cost    O(n_ranges (1 + n_masks)) and 60 arithmetic operations a beam. Walks of a tree, each at
+ *          most beam_max / 4 boxes and 2 beam_max beams, in practice a few dozen of each: when
+ *          full, 5 for each new beam; with keep_m > 0, 1 for each 16 beams, which compares those 16
+ *          with every hit it meets, 1 for each beam that ends at no kept hit, 2 more for each new
+ *          return, and 1 for each kept hit that arrived (live.h) and is confirmed.
+ *          Low-resolution cells near a beam are marked, at most all of them, for each beam kept and
+ *          each beam, hit or segment removed; m that one group of 16 removes are sorted, m log2(m).
+ *          A rolling window that moves sets its new cells, at most all; an origin that moves
+ *          (rebase_m) shifts all beams and boxes. Never waits for gpom_map_step(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
                                                        const gpom_sensor_t *sensor,
                                                        const gpom_pose_t *pose);
@@ -92,7 +98,8 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gp
 /** Insert a scan whose beams have poses of their own. With equal poses and evenly spaced bearings
  *  it is gpom_scan_insert(), bit for bit.
  *
- *  pose    the robot at stamp_us: where the low-resolution map follows it. The beams do not use it.
+ *  pose    the robot at stamp_us: where the low-resolution map and the origin follow it. The beams
+ *          do not use it.
  *  Errors  as gpom_scan_insert(), of `pose` or of any beam's; the map is unchanged.
  *  Cost    as gpom_scan_insert(), and 60 operations more a beam, half of them in double. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_sweep_insert(gpom_map_t *map, const gpom_sweep_t *sweep,

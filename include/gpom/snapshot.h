@@ -74,7 +74,7 @@ typedef struct {
     uint64_t sequence, found_sequence[2];
     double origin_x_m, origin_y_m;
     uint32_t i_block, blocks_crc, n_beams, id_end, stamp_ms_max, n_slots, n_forgotten, frame_epoch;
-    uint32_t n_placed, n_unordered, i_entry, first_id, next_id, n_provisional, first_free;
+    uint32_t n_placed, n_unordered, i_entry, next_id, n_provisional, first_free;
     const uint32_t *heap;
     uint8_t found[2];
     uint8_t phase, is_write;
@@ -125,9 +125,10 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_read_begin(gpom_snapshot_t *
  *
  *  The map stays as it is until a snapshot has proved whole; then it is empty, and from the last
  *  step on it holds the snapshot's beams. It answers as the one that was written, bit for bit.
- *  Origin, counters and clock are replaced; new ids and epochs go on from the greater of both
- *  maps'. Beams that wait for confirmation go on waiting. Of more than beam_max beams the youngest
- *  are kept; of those that wait, the youngest beam_max / 16 + 8. A map read from the same bytes
+ *  Origin, counters and clock are replaced; the epoch is the greater of both maps'. Beams get new
+ *  ids from 0 on, in the order of the old. Those that wait for confirmation go on waiting. Of more
+ *  than beam_max beams the youngest are kept; of those that wait, the youngest
+ *  beam_max / 16 + 8. A map read from the same bytes
  *  goes on in the same way each time.
  *
  *  Errors  GPOM_ERR_ARG (not begun, another map, or a call changed it since its beams are being

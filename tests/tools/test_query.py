@@ -19,15 +19,15 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 GOLDEN = ROOT / "tests" / "golden"
 LEARNT = sorted((ROOT / "tools" / "params").glob("*.toml"))
 N_POINTS = 10_000
+ORACLE_MAX = 1e-4  # mean and variance, at sn2 >= 0.1
 ORIGIN_FAR_M = (400_000.0, 5_800_000.0)
-
 SIGMOID = 'alpha = 3.0\nbeta = 0.1\ngap_m = 0.1\np_occupied = 0.75\np_free = 0.25\n'
 KERNEL_KEYS = {
     "nn": "sf2 = 1.0\ns0 = 1.0\ns1 = 0.1\nsn2 = 0.1\n",
-    "matern12": "sf2 = 1.0\nell_m = 8.0\nsn2 = 0.05\nsn2_free = 0.08\n",
-    "matern32": "sf2 = 1.0\nell_m = 4.0\nsn2 = 0.05\n",
+    "matern12": "sf2 = 1.0\nell_m = 8.0\nsn2 = 0.1\nsn2_free = 0.16\n",
+    "matern32": "sf2 = 1.0\nell_m = 4.0\nsn2 = 0.1\n",
     "se": "sf2 = 1.0\nell_m = 3.0\nsn2 = 0.1\n",
-    "askey": "sf2 = 1.0\nell_m = 12.0\nsn2 = 0.05\nsn2_free = 0.1\n",
+    "askey": "sf2 = 1.0\nell_m = 12.0\nsn2 = 0.1\nsn2_free = 0.2\n",
 }
 LOG_WEIGHTS = {"log_hit_first": -0.4, "log_hit_last": -0.2, "log_free_first": 0.35,
                "log_free_last": 0.15}
@@ -340,8 +340,8 @@ def test_mean_and_variance_agree_with_the_oracle(run, tmp_path, street, points, 
     path = tmp_path / "params.toml"
     path.write_text(params_text(kernel, frame), encoding="utf-8")
     _, got, expected, clear = compared(run, tmp_path, street, path, points)
-    assert worst(got.mean, expected.mean, clear) < 1e-3
-    assert worst(got.variance, expected.variance, clear) < 1e-3
+    for name in ("mean", "variance"):
+        assert worst(getattr(got, name), getattr(expected, name), clear) < ORACLE_MAX, name
 
 
 @pytest.fixture(scope="session")
@@ -360,8 +360,8 @@ def test_additions_to_the_model_agree_with_the_oracle(
     path = tmp_path / "params.toml"
     path.write_text(params_text(kernel, **ADDITIONS[addition]), encoding="utf-8")
     _, got, expected, clear = compared(run, tmp_path, street, path, points_and_beyond)
-    assert worst(got.mean, expected.mean, clear) < 1e-3
-    assert worst(got.variance, expected.variance, clear) < 1e-3
+    assert worst(got.mean, expected.mean, clear) < ORACLE_MAX
+    assert worst(got.variance, expected.variance, clear) < ORACLE_MAX
     assert worst(got.probability, expected.probability, clear) < 1e-3
 
 

@@ -123,19 +123,34 @@ inline std::vector<gpom_beam_t> beams_of(const gpom_map_t *map)
     return beams;
 }
 
+/// Without its id: reading numbers beams anew.
 inline bool same_beam(const gpom_beam_t &a, const gpom_beam_t &b)
 {
     return a.x_m == b.x_m && a.y_m == b.y_m && a.stamp_us == b.stamp_us &&
            same_bits(a.dir_x, b.dir_x) && same_bits(a.dir_y, b.dir_y) &&
            same_bits(a.range_m, b.range_m) && same_bits(a.hit_noise, b.hit_noise) &&
-           same_bits(a.free_noise, b.free_noise) && a.id == b.id && a.is_hit == b.is_hit &&
+           same_bits(a.free_noise, b.free_noise) && a.is_hit == b.is_hit &&
            a.is_free == b.is_free && a.returned == b.returned && a.provisional == b.provisional &&
            a.n_agreed == b.n_agreed;
 }
 
+/// True if the ids of both come in one order.
+inline bool same_order(const std::vector<gpom_beam_t> &a, const std::vector<gpom_beam_t> &b)
+{
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> ids;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        ids.emplace_back(a[i].id, b[i].id);
+    }
+    std::sort(ids.begin(), ids.end());
+    const auto is_behind = [](const auto &one, const auto &next) {
+        return next.first <= one.first || next.second <= one.second;
+    };
+    return std::adjacent_find(ids.begin(), ids.end(), is_behind) == ids.end();
+}
+
 inline bool same_beams(const std::vector<gpom_beam_t> &a, const std::vector<gpom_beam_t> &b)
 {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), same_beam);
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), same_beam) && same_order(a, b);
 }
 
 inline bool same_counters(const gpom_map_t *a, const gpom_map_t *b)

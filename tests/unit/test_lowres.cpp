@@ -253,7 +253,26 @@ TEST_CASE("a cell's stamp is that of the newest scan at its evaluation")
     CHECK(raster_of(map.get()).info.newest_ms == UINT32_MAX);
     scans[0].stamp_us = std::numeric_limits<std::int64_t>::min();
     REQUIRE(scans[0].insert_into(map.get()) == GPOM_OK);
-    CHECK(raster_of(map.get()).info.newest_ms == UINT32_MAX);
+    CHECK(raster_of(map.get()).info.newest_ms == 0);
+}
+
+// A scan whose clock was ahead makes no cell look fresh for long: the next one of the true time
+// sets the newest back, and cells get its stamp as they are evaluated.
+TEST_CASE("a scan from the future is forgotten with the next")
+{
+    TestMap map(lowres_config());
+    std::vector<TestScan> scans = yard_scans(219, 5);
+    const std::int64_t stamps_s[] = {100, 3701, 102, 103, 104};
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+        scans[i].stamp_us = 1000000 * stamps_s[i];
+        REQUIRE(scans[i].insert_into(map.get()) == GPOM_OK);
+        const auto expected_ms = static_cast<std::uint32_t>(1000 * (stamps_s[i] - 100));
+        CHECK(raster_of(map.get()).info.newest_ms == expected_ms);
+        settle(map.get());
+        for (const gpom_cell_t &cell : raster_of(map.get()).cells) {
+            REQUIRE(cell.stamp_ms == expected_ms);
+        }
+    }
 }
 
 // Each scan and each other change counts; only a new epoch changes the epoch.

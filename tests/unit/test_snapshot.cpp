@@ -1,7 +1,9 @@
 // Snapshots: what is written is read, in bounded steps, while the map works.
+#include "src/map.hpp"
 #include "tests/unit/snapshot_medium.hpp"
 
 #include <map>
+#include <tuple>
 
 using namespace reference;
 
@@ -31,6 +33,14 @@ void go_on(gpom_map_t *map, std::uint64_t stream, int first, int end)
         scan.stamp_us = 5000000 + 100000 * i;
         REQUIRE(scan.insert_into(map) == GPOM_OK);
     }
+}
+
+/// What tells a beam from all others, whatever its id.
+using BeamKey = std::tuple<std::int64_t, float, float, float>;
+
+BeamKey key_of(const gpom_beam_t &beam)
+{
+    return {beam.stamp_us, beam.dir_x, beam.dir_y, beam.range_m};
 }
 
 bool is_provisional(const gpom_beam_t &beam) { return beam.provisional != 0; }
@@ -268,14 +278,14 @@ TEST_CASE("a map may change while it is written")
     go_on(map.get(), 270, 0, 40);
     Medium medium(600);
     for (int round = 0; round < 5; ++round) {
-        std::map<std::uint32_t, std::vector<gpom_beam_t>> versions; // by id, all that ever were
-        std::map<std::uint32_t, int> n_seen;
+        std::map<BeamKey, std::vector<gpom_beam_t>> versions; // all that ever were
+        std::map<BeamKey, int> n_seen;
         int n_looks = 0;
         const auto look = [&] {
             ++n_looks;
             for (const gpom_beam_t &beam : beams_of(map.get())) {
-                versions[beam.id].push_back(beam);
-                ++n_seen[beam.id];
+                versions[key_of(beam)].push_back(beam);
+                ++n_seen[key_of(beam)];
             }
         };
         look();
@@ -291,18 +301,18 @@ TEST_CASE("a map may change while it is written")
         }
         TestMap copy(live_config(600));
         REQUIRE(read_snapshot(copy.get(), medium).status == GPOM_OK);
-        std::map<std::uint32_t, int> n_copied;
+        std::map<BeamKey, int> n_copied;
         for (const gpom_beam_t &beam : beams_of(copy.get())) {
-            ++n_copied[beam.id];
-            const std::vector<gpom_beam_t> &known = versions[beam.id];
+            ++n_copied[key_of(beam)];
+            const std::vector<gpom_beam_t> &known = versions[key_of(beam)];
             CHECK(std::any_of(known.begin(), known.end(),
                               [&](const gpom_beam_t &b) { return same_beam(b, beam); }));
         }
         std::size_t n_kept = 0;
-        for (const auto &[id, n] : n_seen) {
-            CHECK(n_copied[id] <= 1);
+        for (const auto &[key, n] : n_seen) {
+            CHECK(n_copied[key] <= 1);
             n_kept += n == n_looks ? 1u : 0u;
-            CHECK((n < n_looks || n_copied[id] == 1));
+            CHECK((n < n_looks || n_copied[key] == 1));
         }
         CHECK(n_kept < n_seen.size());
         CHECK(same_counters(copy.get(), map.get()));
@@ -478,8 +488,8 @@ TEST_CASE("a map with other hyperparameters takes the beams and says so")
     CHECK(beams_of(copy.get()).size() == beams_of(map.get()).size());
 }
 
-// An empty map has a snapshot too, and reading it empties; ids never go back.
-TEST_CASE("reading replaces what the map held, and ids go on from the greater")
+// An empty map has a snapshot too, and reading it empties.
+TEST_CASE("reading replaces what the map held, and ids start again")
 {
     GPOM_TELL_SEED();
     TestMap empty(live_config(200));
@@ -487,10 +497,40 @@ TEST_CASE("reading replaces what the map held, and ids go on from the greater")
     REQUIRE(write_snapshot(empty.get(), medium).status == GPOM_OK);
     TestMap map(live_config(200));
     go_on(map.get(), 310, 0, 4);
-    const std::uint32_t last_id = beams_of(map.get()).back().id;
     REQUIRE(read_snapshot(map.get(), medium).status == GPOM_OK);
     CHECK(gpom_map_beam_count(map.get()) == 0);
     CHECK(same_counters(map.get(), empty.get()));
     go_on(map.get(), 310, 4, 5);
-    CHECK(beams_of(map.get()).front().id == last_id + 1);
+    CHECK(beams_of(map.get()).front().id == 0);
+}
+
+// However often a map is cleared, or written and read again, ids do not run out: beams that were
+// not kept because all were spent are kept again, and answers stay the same bits.
+TEST_CASE("ids that are spent come back when a map is read or cleared")
+{
+    GPOM_TELL_SEED();
+    const gpom_config_t config = live_config(200);
+    TestMap map(config);
+    gpom::Index &index = map.get()->index;
+    index.next_id = gpom::kIdEnd / 16 * 16;
+    index.hit_tree.id_end = index.next_id;
+    index.free_tree.id_end = index.next_id;
+    go_on(map.get(), 320, 0, 2);
+    const std::uint64_t n_spent = map.stats().beams_ids_spent;
+    CHECK(n_spent > 0);
+    const std::size_t n_kept = beams_of(map.get()).size();
+    CHECK(n_kept <= 15);
+    Medium medium(200);
+    REQUIRE(write_snapshot(map.get(), medium).status == GPOM_OK);
+    TestMap copy(config);
+    REQUIRE(read_snapshot(copy.get(), medium).status == GPOM_OK);
+    CHECK(same_beams(beams_of(copy.get()), beams_of(map.get())));
+    check_same_answers(copy.get(), map.get());
+    REQUIRE(gpom_map_clear(map.get()) == GPOM_OK);
+    for (gpom_map_t *const again : {map.get(), copy.get()}) {
+        go_on(again, 320, 2, 4);
+        CHECK(beams_of(again).size() > n_kept);
+    }
+    CHECK(map.stats().beams_ids_spent == n_spent);
+    CHECK(copy.stats().beams_ids_spent == n_spent);
 }

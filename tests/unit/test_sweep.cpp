@@ -176,6 +176,45 @@ TEST_CASE("a sweep with one bad beam is refused whole")
     check(bad, GPOM_ERR_ARG, &gpom_stats_t::scans_bad_pose);
 }
 
+// Where the origin follows the robot a wild pose is refused like anywhere else, and costs nothing
+// that is kept; a vehicle that travels is followed, an empty map goes wherever its first scan is.
+TEST_CASE("a wild pose erases nothing where the origin follows the robot")
+{
+    GPOM_TELL_SEED();
+    gpom_config_t config = capped_config(0.3f);
+    config.rebase_m = 100.0f;
+    TestMap map(config);
+    Random random(163);
+    const auto scan_at = [&](double x_m) { return yard_scan(random, 0, {x_m, -40.0}); };
+    for (double x_m = 400e3; x_m < 430e3; x_m += 5000.0) {
+        REQUIRE(scan_at(x_m).insert_into(map.get()) == GPOM_OK);
+    }
+    const auto beams = map.beams();
+    REQUIRE(beams.size() >= 20);
+    gpom_point_t origin = {}, after = {};
+    REQUIRE(gpom_map_origin(map.get(), &origin) == GPOM_OK);
+    CHECK(std::abs(origin.x_m - 425e3) <= 100.0);
+    gpom_stats_t expected = map.stats();
+    const auto check = [&](const auto &offered) {
+        CHECK(offered.insert_into(map.get()) == GPOM_ERR_REACH);
+        ++expected.scans_out_of_reach;
+        const gpom_stats_t stats = map.stats();
+        CHECK(std::memcmp(&stats, &expected, sizeof stats) == 0);
+        CHECK(same_bytes(map.beams(), beams));
+        REQUIRE(gpom_map_origin(map.get(), &after) == GPOM_OK);
+        CHECK(std::memcmp(&after, &origin, sizeof after) == 0);
+    };
+    for (const double wild_x_m : {1e6, -1e300, 434e3, 416e3}) {
+        check(scan_at(wild_x_m));
+        check(TestSweep(scan_at(wild_x_m)));
+        TestSweep one = TestSweep(scan_at(425.2e3));
+        one.poses.back().x_m = wild_x_m;
+        check(one);
+    }
+    REQUIRE(gpom_map_jump(map.get(), GPOM_JUMP_CLEAR, nullptr) == GPOM_OK);
+    CHECK(scan_at(1e6).insert_into(map.get()) == GPOM_OK);
+}
+
 // Null pointers and counts out of range are refused; a sweep without beams needs no arrays.
 TEST_CASE("a sweep without its arrays is refused")
 {

@@ -118,10 +118,10 @@ void count_witnesses(std::vector<CarCell> &cells, const Scan &scan, const CarsTr
                      bool arrived)
 {
     const std::vector<GridBeam> beams = beams_of({scan}, kHalfSpacing);
-    const double gap_m = static_cast<double>(trial.live.keep_m);
     for (CarCell &cell : cells) {
-        const bool seen = arrived ? returns_from(beams, cell.centre, trial.cell_m)
-                                  : sees_through(beams, cell.centre, trial.cell_m, gap_m);
+        const bool seen = arrived
+                              ? returns_from(beams, cell.centre, trial.cell_m)
+                              : sees_through(beams, cell.centre, trial.cell_m, trial.seen_gap_m);
         cell.n_witnesses += seen ? 1 : 0;
     }
 }

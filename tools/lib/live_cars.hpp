@@ -15,6 +15,7 @@ struct CarsTrial {
     LiveConfig live;
     gpom_params_t params;
     double cell_m = 0.5;
+    double seen_gap_m = 0.1; ///< Most between beams that see through a cell.
 };
 
 /// There and back along a street, past vehicles that leave half way.
@@ -25,7 +26,7 @@ CarsTrial default_cars();
 ///
 /// A cell is a vehicle's if its centre lies in one. Vehicles leave: of those that were occupied,
 /// how many scans saw through each until it was no longer. A scan sees through a cell if its beams
-/// that go on beyond it cross all of it, none farther than keep_m from the next.
+/// that go on beyond it cross all of it, none farther than seen_gap_m from the next.
 /// Vehicles arrive: of those that were free, how many scans had three returns or more from within
 /// half a cell of its centre until it was not.
 nlohmann::ordered_json cars_report(const CarsTrial &trial);
