@@ -183,14 +183,15 @@ soak: gpomd $(BUILD)/gpom-sim ## Load gpomd for SOAK_S seconds, kill it KILLS ti
 	$(Q)GPOM_BUILD=$(abspath $(BUILD)) GPOM_SOAK_S=$(SOAK_S) GPOM_KILLS=$(KILLS) \
 	    build/venv/bin/python -m pytest -q -s -p no:cacheprovider tests/linux/test_endurance.py
 
-demo-cars: tools ## Vehicles leave and arrive on a street, before the live map: build/demo-cars
+CARS = $(BUILD)/gpom-live cars --params tools/params/street.toml --scans 80 \
+       $(if $(SEED),--seed $(SEED))
+demo-cars: tools ## Vehicles leave (spurious returns or not) or arrive on a street: build/demo-cars
 	@mkdir -p build/demo-cars
-	$(Q)$(BUILD)/gpom-live cars --params tools/params/street.toml --scans 80 --cars-leave-at 40 \
-	    $(if $(SEED),--seed $(SEED)) --json build/demo-cars/leave.json
-	$(Q)$(BUILD)/gpom-live cars --params tools/params/street.toml --scans 80 --cars-leave-at -1 \
-	    --cars-arrive-at 40 $(if $(SEED),--seed $(SEED)) --json build/demo-cars/arrive.json
-	$(Q)build/venv/bin/python tools/cars_picture.py build/demo-cars/leave.json \
-	    build/demo-cars/arrive.json --out build/demo-cars/map.png
+	$(Q)$(CARS) --cars-leave-at 40 --json build/demo-cars/leave.json
+	$(Q)$(CARS) --cars-leave-at 40 --spurious 0.05 --json build/demo-cars/spurious.json
+	$(Q)$(CARS) --cars-leave-at -1 --cars-arrive-at 40 --json build/demo-cars/arrive.json
+	$(Q)build/venv/bin/python tools/cars_picture.py $(foreach i,leave spurious arrive, \
+	    build/demo-cars/$i.json) --out build/demo-cars/map.png
 
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)

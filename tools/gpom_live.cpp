@@ -38,6 +38,13 @@ CLI::App *add_command(CLI::App &app, const std::string &name, const std::string 
     return command;
 }
 
+void add_spurious_option(CLI::App &command, double &share)
+{
+    command.add_option("--spurious", share, "Share of returns that become too short")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+}
+
 CLI::App *add_judge(CLI::App &app, Options &options)
 {
     JudgeOptions &judge = options.judge;
@@ -51,8 +58,7 @@ CLI::App *add_judge(CLI::App &app, Options &options)
     command->add_option("--range-max", judge.range_max_m, "Usable range of a log's sensor [m]");
     command->add_option("--fraction", judge.fraction, "Share of a log's returns that make the map")
         ->check(CLI::Range(0.01, kTrainingShareMax));
-    command->add_option("--spurious", judge.spurious, "Share of returns that become too short")
-        ->check(CLI::Range(0.0, 1.0));
+    add_spurious_option(*command, judge.spurious);
     command->add_option("--points", judge.n_points, "Test points of a street")
         ->check(CLI::Range(100, 1000000));
     command->add_option("--seed", judge.seed, "Seed of split, points and draws");
@@ -77,6 +83,7 @@ CLI::App *add_cars(CLI::App &app, Options &options)
                      "Most between beams that see through a cell [m]")
         ->check(CLI::Range(1e-3, 10.0))
         ->capture_default_str();
+    add_spurious_option(*command, options.cars.spurious);
     command->add_option("--cell", options.cars.cell_m, "Low-resolution cells' size [m]")
         ->check(CLI::Range(0.1, 10.0));
     add_live_options(*command, options.cars.live);

@@ -449,6 +449,8 @@ def live_sections(figures, jobs, arguments, names):
                "many beams drawn at\nrandom from the same; the other returns judge. In brackets "
                "the spread over the seeds.\n")
         yield table_text(*live_section.accuracy_table(reports))
+        yield live_section.UNCHANGED_TEXT
+        yield table_text(*live_section.accuracy_table(live_section.unchanged(reports)))
         yield table_text(*live_section.work_table(reports))
     if arguments.drive > 0:
         yield "## The live map: a long drive\n"

@@ -4,6 +4,12 @@ PRESETS = {"intel": "indoor", "csail": "indoor", "seattle": "indoor", "campus-we
            "acapulco": "campus"}
 COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted",
           "beams_not_confirmed", "hits_cleared", "free_cleared")
+UNCHANGED_TEXT = """\
+The same without the places that changed: a return judges also when what it came from has left
+since, and the map, rightly, no longer has it. Left out are points of which the last five scans that
+saw the place say the contrary (a return within 0.15 m; a beam that passes within 0.05 m and goes on
+for 0.5 m).
+"""
 
 
 def judge_words(name, seed):
@@ -22,14 +28,22 @@ def mean_and_spread(values):
 
 
 def accuracy_table(reports):
-    """Header and rows. reports: of each log's name, those of `gpom-live judge`, seed by seed."""
+    """Header and rows. reports: of each log's name, those of `gpom-live judge`, seed by seed, or
+    what they say of the places that did not change."""
     rows = []
     for name, of_seeds in reports.items():
         for key, label in (("live", "kept"), ("random", "as many at random")):
             cells = [mean_and_spread([report[key][metric] for report in of_seeds])
                      for metric, _ in METRICS]
-            rows.append([name, label, *cells, str(of_seeds[0][key]["kept"])])
-    return ["log", "beams", *(title for _, title in METRICS), "number"], rows
+            rows.append([name, label, *cells, str(of_seeds[0][key]["kept"]),
+                         str(of_seeds[0]["points"])])
+    return ["log", "beams", *(title for _, title in METRICS), "number", "test points"], rows
+
+
+def unchanged(reports):
+    """Of each log's name, what its reports say of the places that did not change."""
+    return {name: [report["unchanged"] for report in of_seeds]
+            for name, of_seeds in reports.items()}
 
 
 def work_table(reports):

@@ -2,6 +2,7 @@
 
 #include "tools/lib/live_report.hpp"
 #include "tools/lib/occupancy_grid.hpp"
+#include "tools/lib/protocol.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -185,8 +186,10 @@ Json cars_report(const CarsTrial &trial)
     HostMap map(config);
     std::vector<CarCell> cells;
     std::vector<gpom_cell_t> before;
+    std::vector<Scan> scans = simulate_scans(world, trial.street, nullptr);
+    add_spurious(scans, trial.spurious, trial.street.seed);
     int i_scan = 0;
-    for (const Scan &scan : simulate_scans(world, trial.street, nullptr)) {
+    for (const Scan &scan : scans) {
         if (i_scan == change_at) {
             before = map.cells();
             cells = car_cells(world, config, before, arrived);

@@ -16,6 +16,7 @@ struct CarsTrial {
     gpom_params_t params;
     double cell_m = 0.5;
     double seen_gap_m = 0.1; ///< Most between beams that see through a cell.
+    double spurious = 0.0;   ///< Share of the returns that become shorter, by chance.
 };
 
 /// There and back along a street, past vehicles that leave half way.

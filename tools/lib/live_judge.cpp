@@ -5,6 +5,7 @@
 #include "tools/lib/metrics.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/progress.hpp"
+#include "tools/lib/unchanged_points.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -20,8 +21,8 @@ using Json = nlohmann::ordered_json;
 /// Scans of a street whose beams say which places are near one.
 constexpr std::size_t kNearScans = 50;
 
-/// Streams of numbers besides the split's, which has the seed itself.
-constexpr std::uint64_t kSpuriousSeed = 1000, kDrawSeed = 2000;
+/// Stream of numbers besides the split's, which has the seed itself.
+constexpr std::uint64_t kDrawSeed = 2000;
 
 struct Data {
     std::vector<Scan> scans;
@@ -63,11 +64,6 @@ Json accuracy_json(const HostMap &map, const std::vector<TestPoint> &points)
             {"fp_at_tp95", metrics.false_positive_rate},
             {"nll", metrics.nll},
             {"ece", metrics.calibration_error}};
-}
-
-bool is_return(const Scan &scan, float range_m)
-{
-    return range_m > 0.0f && static_cast<double>(range_m) < scan.range_max_m;
 }
 
 /// A reading that a map can use.
@@ -117,34 +113,28 @@ Json drive(HostMap &map, const std::vector<Scan> &scans, std::uint64_t step_ops)
 
 } // namespace
 
-void add_spurious(std::vector<Scan> &scans, double share, std::uint64_t seed)
-{
-    ProtocolRandom random(seed);
-    for (Scan &scan : scans) {
-        for (float &range_m : scan.ranges_m) {
-            if (is_return(scan, range_m) && random.uniform() < share) {
-                range_m = static_cast<float>(random.uniform()) * range_m;
-            }
-        }
-    }
-}
-
 Json judge_report(const JudgeOptions &options)
 {
     const gpom_params_t params = read_params(options.params_path);
-    Data data = options.truth_path.empty() ? log_data(options) : street_data(options);
-    add_spurious(data.scans, options.spurious, options.seed + kSpuriousSeed);
+    const bool is_log = options.truth_path.empty();
+    Data data = is_log ? log_data(options) : street_data(options);
+    const std::vector<TestPoint> unchanged =
+        is_log ? unchanged_points(data.points, data.scans) : data.points;
+    add_spurious(data.scans, options.spurious, options.seed);
     const gpom_point_t middle = middle_of(data.scans);
     HostMap live(live_config(params, options.live, middle));
     const Json ops = drive(live, data.scans, options.live.step_ops);
-    Json report = accuracy_json(live, data.points);
     const std::size_t n = gpom_map_beam_count(live.get());
     HostMap random(params, n, middle);
     random.insert(drawn(data.scans, n, options.seed + kDrawSeed));
-    return {{"live", report},
+    return {{"live", accuracy_json(live, data.points)},
             {"random", accuracy_json(random, data.points)},
-            {"scans", data.scans.size()},
             {"points", data.points.size()},
+            {"unchanged",
+             {{"live", accuracy_json(live, unchanged)},
+              {"random", accuracy_json(random, unchanged)},
+              {"points", unchanged.size()}}},
+            {"scans", data.scans.size()},
             {"beam_max", options.live.beam_max},
             {"map_bytes", live.bytes()},
             {"step_ops", ops},

@@ -24,12 +24,9 @@ struct JudgeOptions {
 };
 
 /// The live map of all scans in their order, stepped after each, against a map of as many beams
-/// drawn at random from the same scans: accuracy, counts by cause, memory and work.
+/// drawn at random from the same scans: accuracy, of a log also that at places that had not changed
+/// when it ended (unchanged_points.hpp), counts by cause, memory and work.
 nlohmann::ordered_json judge_report(const JudgeOptions &options);
-
-/// Returns that are too short, as from dust, rain or another laser: with this probability a return
-/// is replaced by a range that is uniform between 0 and the true one.
-void add_spurious(std::vector<Scan> &scans, double share, std::uint64_t seed);
 
 } // namespace gpom_tools
 

@@ -12,6 +12,9 @@ namespace gpom_tools
 namespace
 {
 
+/// Spurious returns draw from another stream than what else has their seed.
+constexpr std::uint64_t kSpuriousSeed = 1000;
+
 struct Reading {
     std::size_t i_scan;
     std::size_t i_beam;
@@ -154,6 +157,19 @@ std::vector<TestPoint> street_points(const Truth &truth, std::size_t n, std::uin
              truth.at(ix, iy)});
     }
     return points;
+}
+
+void add_spurious(std::vector<Scan> &scans, double share, std::uint64_t seed)
+{
+    ProtocolRandom random(seed + kSpuriousSeed);
+    for (Scan &scan : scans) {
+        for (float &range_m : scan.ranges_m) {
+            const bool is_return = range_m > 0.0f && double{range_m} < scan.range_max_m;
+            if (is_return && random.uniform() < share) {
+                range_m = static_cast<float>(random.uniform()) * range_m;
+            }
+        }
+    }
 }
 
 bool is_near(gpom_point_t point, const std::vector<GridBeam> &beams, double distance_m)

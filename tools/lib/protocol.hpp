@@ -66,6 +66,10 @@ LogSplit split_log_runs(const std::vector<Scan> &scans, double fraction, std::ui
 /// Centres of n random cells, each cell as likely as any other.
 std::vector<TestPoint> street_points(const Truth &truth, std::size_t n, std::uint64_t seed);
 
+/// Returns that are too short, as from dust, rain or another laser: with this probability a return
+/// is replaced by a range that is uniform between 0 and the true one.
+void add_spurious(std::vector<Scan> &scans, double share, std::uint64_t seed);
+
 /// Whether a point is within distance_m of any beam, from its origin to its end.
 bool is_near(gpom_point_t point, const std::vector<GridBeam> &beams, double distance_m);
 

@@ -1,0 +1,26 @@
+// Test points of a log whose places were not changed when the log ended.
+#ifndef GPOM_TOOLS_LIB_UNCHANGED_POINTS_HPP
+#define GPOM_TOOLS_LIB_UNCHANGED_POINTS_HPP
+
+#include "tools/lib/protocol.hpp"
+
+#include <vector>
+
+namespace gpom_tools
+{
+
+constexpr int kChangedScans = 5;          ///< Scans in a row, up to the last, that say otherwise.
+constexpr double kReturnsWithin_m = 0.15; ///< A return this near says that a place is occupied,
+constexpr double kPassesWithin_m = 0.05;  ///< a beam that passes it this near, and goes on
+constexpr double kGoesOn_m = 0.5;         ///< this far, that it is free.
+
+/// The points but those that changed: a return's place is free at the end if the last kChangedScans
+/// scans that saw it looked through it, a free place is occupied if they returned from it. Someone
+/// who asks a map at the end of a drive asks for what is there then; a test point may be of a time
+/// before. Scans in order of time; a scan that says both of a place says occupied.
+std::vector<TestPoint> unchanged_points(const std::vector<TestPoint> &points,
+                                        const std::vector<Scan> &scans);
+
+} // namespace gpom_tools
+
+#endif
