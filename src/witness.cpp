@@ -46,7 +46,7 @@ struct Trial {
 struct Witnesses {
     uint32_t ends;    ///< Bit i: beam i ends at it.
     uint32_t ends_in; ///< Bit i: beam i ends at its occupied depth; those far off to its side not.
-    uint32_t passes;  ///< Bit i: beam i runs past it.
+    uint32_t beside;  ///< Bit i: beam i runs by within keep_m of it.
 };
 
 BeamLanes lanes_of(const Group &group, uint32_t i_vector)
@@ -151,7 +151,7 @@ F distance2_of_ends(const BeamLanes &s, const Segment &hit)
 }
 
 /// Compare a hit, from the sensor on, with kLanes beams: which end at it if they returned, and
-/// which pass it if they are sure.
+/// which run by it if they are sure.
 Witnesses witnesses_of(const BeamLanes &s, const Segment &hit, float keep_m)
 {
     const F across = lane::abs(F(hit.x_m * s.dir_y - hit.y_m * s.dir_x));
@@ -161,11 +161,11 @@ Witnesses witnesses_of(const BeamLanes &s, const Segment &hit, float keep_m)
     const F along = hit.x_m * s.dir_x + hit.y_m * s.dir_y;
     const F to_go = s.length_m - along;
     const F gap2 = across * across + to_go * to_go;
-    const F width = lane::min(F(kPass.slope * to_go), lane::splat<F>(kPass.width * keep_m));
-    const auto passes = (along > 0.0f) & (to_go > keep_m) & (across < width);
+    const F width = lane::min(F(kPass.slope * to_go), lane::splat<F>(keep_m));
+    const auto beside = (along > 0.0f) & (to_go > keep_m) & (across < width);
     const F gap_in2 = hit.length_m > 0.0f ? distance2_of_ends(s, hit) : gap2;
     return {lane::bits_of_mask(gap2 < keep_m * keep_m),
-            lane::bits_of_mask(gap_in2 < keep_m * keep_m), lane::bits_of_mask(passes)};
+            lane::bits_of_mask(gap_in2 < keep_m * keep_m), lane::bits_of_mask(beside)};
 }
 
 /// Compare a hit with all beams of the group.
@@ -180,9 +180,9 @@ Witnesses witnesses_of(const Trial &trial, const Beam &beam)
         const Witnesses some = witnesses_of(trial.lanes[v], hit, trial.map.config.keep_m);
         all.ends |= some.ends << (v * kWidth);
         all.ends_in |= some.ends_in << (v * kWidth);
-        all.passes |= some.passes << (v * kWidth);
+        all.beside |= some.beside << (v * kWidth);
     }
-    return {all.ends & group.returned, all.ends_in & group.returned, all.passes & group.sure};
+    return {all.ends & group.returned, all.ends_in & group.returned, all.beside & group.sure};
 }
 
 /// A scan saw the hit again: one count more if at another time, and whoever saw through it erred.
@@ -252,34 +252,79 @@ bool contradict(gpom_map &map, uint32_t slot)
     return false;
 }
 
-/// Let the group's beams speak for or against a kept hit of an earlier scan.
-void judge_hit(gpom_map &map, uint32_t slot, const Witnesses &witnesses)
+/// How far a hit is to the left of beam i of the group.
+float left_of(const Trial &trial, uint32_t i_beam, const Point &hit)
 {
+    const Beam &beam = trial.map.keeper.group.beams[i_beam];
+    const Point at = {hit.x_m - trial.sensor.x_m, hit.y_m - trial.sensor.y_m};
+    return turn({beam.dir_x, beam.dir_y}, at);
+}
+
+/// Of the beams beside a hit those that run past it.
+uint32_t passing(const Trial &trial, uint32_t beside, const Point &hit)
+{
+    const float width_m = kPass.width * trial.map.config.keep_m;
+    uint32_t passes = 0;
+    for (uint32_t left = beside; left != 0; left &= left - 1) {
+        const uint32_t i = static_cast<uint32_t>(__builtin_ctz(left));
+        passes |= lane::abs(left_of(trial, i, hit)) < width_m ? 1u << i : 0u;
+    }
+    return passes;
+}
+
+/// Of the beams beside a hit two neighbours that have it between them, keep_m apart or less. No
+/// bits: there are none.
+uint32_t pair_around(const Trial &trial, uint32_t beside, const Point &hit)
+{
+    for (uint32_t both = beside & (beside >> 1); both != 0; both &= both - 1) {
+        const uint32_t i = static_cast<uint32_t>(__builtin_ctz(both));
+        const float first_m = left_of(trial, i, hit);
+        const float second_m = left_of(trial, i + 1, hit);
+        const bool is_between = (first_m < 0.0f) != (second_m < 0.0f);
+        if (is_between && lane::abs(first_m - second_m) <= trial.map.config.keep_m) {
+            return 3u << i;
+        }
+    }
+    return 0;
+}
+
+/// Let the group's beams speak for or against a kept hit of an earlier scan: those that run past
+/// it, or else two that have it between them; a provisional one is gone at once, so only past it.
+void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
+{
+    gpom_map &map = trial.map;
     Group &group = map.keeper.group;
     Beam &beam = map.index.beams[slot];
-    const bool was_provisional = beam.provisional != 0;
-    if (witnesses.passes != 0) { // so nothing stands there that would hide what is behind
+    const uint32_t passes = passing(trial, witnesses.beside, end_of(beam));
+    if (passes != 0) { // so nothing stands there that would hide what is behind
         beam.arrived = 0;
     }
     if (witnesses.ends != 0) {
         confirm(map, beam);
         offer_renewal(map, witnesses.ends, slot);
-    } else if (witnesses.passes != 0 && map.config.clear_scans > 0) {
+        return;
+    }
+    const bool was_provisional = beam.provisional != 0;
+    const uint32_t through = passes != 0 || was_provisional
+                                 ? passes
+                                 : pair_around(trial, witnesses.beside, end_of(beam));
+    if (through != 0 && map.config.clear_scans > 0) {
         const bool gone = contradict(map, slot);
-        group.clearing |= gone && !was_provisional ? witnesses.passes : 0u;
-        group.against |= gone ? 0u : witnesses.passes;
+        group.clearing |= gone && !was_provisional ? through : 0u;
+        group.against |= gone ? 0u : passes;
     }
 }
 
 /// Compare a kept hit with the group's beams: those that end at it are known, and, if it stands, at
-/// the depth behind it; one of their own scan has no other say.
-void compare(const Trial &trial, uint32_t slot)
+/// the depth behind it; one of their own scan has no other say. Not inlined, or the walk would lose
+/// its registers to it.
+[[gnu::noinline]] void compare(const Trial &trial, uint32_t slot)
 {
     gpom_map &map = trial.map;
     const Beam &beam = map.index.beams[slot];
     const Witnesses witnesses = witnesses_of(trial, beam);
     if (beam.id < map.keeper.scan_first_id) {
-        judge_hit(map, slot, witnesses);
+        judge_hit(trial, slot, witnesses);
     }
     map.keeper.group.known |= witnesses.ends | (HitPart::is_seen(beam) ? witnesses.ends_in : 0u);
 }

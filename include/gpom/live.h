@@ -3,10 +3,11 @@
  *
  *  What happens to the beams of a scan while keep_m > 0:
  *  - A return within keep_m of a kept hit is not kept; it counts for that hit, up to 15 times.
- *  - A beam that passes within 0.15 keep_m of a kept hit speaks against it. The first of different
- *    times in a row takes one count from the hit, then two, four, eight; when none is left and
- *    clear_scans were in a row, the hit is gone, and the beam that did it is kept. Beams that pass
- *    hits that stand are not kept.
+ *  - A beam that passes within 0.15 keep_m of a kept hit speaks against it, and so do two
+ *    neighbours in a scan, keep_m apart or less at the hit, that pass on either side of it. The
+ *    first of different times in a row takes one count from the hit, then two, four, eight; when
+ *    none is left and clear_scans were in a row, the hit is gone, and the beams that did it are
+ *    kept. Beams that pass within 0.15 keep_m of hits that stand are not kept.
  *  - A return that free segments of earlier scans pass within 0.6 keep_m, with no hit within
  *    2 keep_m that was known before its scan, is marked as arrived, and so are those beside it
  *    later. When scans of three more times returned from it and no beam passed it, the free
@@ -14,8 +15,8 @@
  *    what was seen before.
  *  - One that free segments pass within 0.15 keep_m, with no hit within 2 keep_m at all, is
  *    provisional: queries do not see it until a scan of another time returns from within keep_m of
- *    it. Then the free segments go at once. It is gone itself once a beam passes it, or when
- *    beam_max / 16 + 8 younger ones wait.
+ *    it. Then the free segments go at once. It is gone itself once a beam passes within 0.15 keep_m
+ *    of it, or when beam_max / 16 + 8 younger ones wait.
  *  - A return from a kept hit without free segment is kept in its place.
  *  - Beams whose end is not known to 2 keep_m (standard deviation) speak against nothing.
  *  - A beam without return is kept if its end is 4 keep_m or more from any free segment.
@@ -23,8 +24,9 @@
  *    whose hit is nearest to another, by far_m and old_s; a beam without hit counts like one with
  *    a gap of 2 keep_m. If the new beam is no more useful, it is dropped.
  *
- *  Margins shrink towards a beam's end: 0.15 keep_m to 0.05 of the way it has still to go,
- *  0.6 keep_m to 0.2 of it. */
+ *  Margins shrink towards a beam's end: 0.15 keep_m, and keep_m for neighbours on either side, to
+ *  0.05 of the way it has still to go, 0.6 keep_m to 0.2 of it. Neighbours are beams that come one
+ *  after the other in the scan's order, in the same group of 16. */
 #ifndef GPOM_LIVE_H
 #define GPOM_LIVE_H
 

@@ -1,8 +1,6 @@
 // What is worth keeping, told by small worlds whose outcome follows from the rules alone.
 #include "tests/unit/keeping.hpp"
 
-#include <set>
-
 using namespace reference;
 
 namespace
@@ -48,109 +46,7 @@ int n_times_until_cleared(Keeping &k, int i_first, int n)
     return 0;
 }
 
-/// What a beam is to a hit by the rules of live.h, in double.
-struct Testimony {
-    bool ends, passes;
-    bool is_close; ///< To a bound: rounding may decide.
-};
-
-Testimony testimony_of(const TestScan &s, std::size_t i_beam, const gpom_beam_t &hit)
-{
-    const double yaw_rad =
-        s.pose.yaw_rad + s.angle_min_rad + static_cast<double>(i_beam) * s.angle_step_rad;
-    const double hit_range_m = static_cast<double>(hit.range_m);
-    const double x = hit.x_m + hit_range_m * static_cast<double>(hit.dir_x) - s.pose.x_m;
-    const double y = hit.y_m + hit_range_m * static_cast<double>(hit.dir_y) - s.pose.y_m;
-    const double along = x * std::cos(yaw_rad) + y * std::sin(yaw_rad);
-    const double across = std::abs(x * std::sin(yaw_rad) - y * std::cos(yaw_rad));
-    const double to_go = static_cast<double>(s.ranges_m[i_beam]) - along;
-    const double keep = static_cast<double>(kKeep_m);
-    const double width = std::min(0.15 * keep, 0.05 * to_go);
-    const double bounds[] = {std::hypot(across, to_go) - keep, across - width, along, to_go - keep};
-    return {std::hypot(across, to_go) < keep, along > 0.0 && to_go > keep && across < width,
-            std::any_of(
-                std::begin(bounds), std::end(bounds), [](double b) { return std::abs(b) < 1e-4; })};
-}
-
-/// What the beams of a scan say in groups of 16: hits confirmed, by id, and beams that pass a hit
-/// which none of their group confirms.
-struct Verdict {
-    std::set<std::uint32_t> confirmed;
-    std::set<std::size_t> contradicting;
-    bool is_close = false;
-};
-
-Verdict verdict_of(const TestScan &s, const std::vector<gpom_beam_t> &hits)
-{
-    Verdict verdict;
-    for (std::size_t first = 0; first < s.ranges_m.size(); first += 16) {
-        for (const gpom_beam_t &hit : hits) {
-            std::set<std::size_t> passing;
-            bool is_confirmed = false;
-            for (std::size_t i = first; i < std::min(first + 16, s.ranges_m.size()); ++i) {
-                const Testimony beam = testimony_of(s, i, hit);
-                verdict.is_close = verdict.is_close || beam.is_close;
-                is_confirmed = is_confirmed || beam.ends;
-                if (beam.passes) {
-                    passing.insert(i);
-                }
-            }
-            if (is_confirmed) {
-                verdict.confirmed.insert(hit.id);
-            } else {
-                verdict.contradicting.insert(passing.begin(), passing.end());
-            }
-        }
-    }
-    return verdict;
-}
-
 } // namespace
-
-// Whatever sector a scan's beams cover, from a sliver to several turns, and whether the index was
-// built: the hits that they end at are confirmed, and the beams that pass others are counted, as
-// comparing each beam with each hit tells.
-TEST_CASE("what a scan says of kept hits is what each of its beams says of each")
-{
-    GPOM_TELL_SEED();
-    Random random(137);
-    int n_sure = 0, n_confirmed = 0, n_contradicting = 0;
-    for (int i = 0; i < 400; ++i) {
-        Keeping k(keep_config(3));
-        TestScan first = look_around({0, 0}, 60, 1.0f, 0);
-        for (float &range_m : first.ranges_m) {
-            range_m = random.uniform_f(1.0, 12.0);
-        }
-        REQUIRE(k.see(first).beams_contradicting == 0);
-        if (i % 3 == 0) {
-            REQUIRE(gpom_map_build(k.map.get()) == GPOM_OK);
-        }
-        const std::vector<gpom_beam_t> hits = k.map.beams();
-        TestScan second_scan =
-            look({random.uniform(-3, 3), random.uniform(-3, 3)}, random.uniform(-4, 4), 1.0, 1);
-        second_scan.ranges_m.resize(static_cast<std::size_t>(1 + random.below(40)));
-        for (float &range_m : second_scan.ranges_m) {
-            range_m = random.uniform_f(0.1, 15.0);
-        }
-        second_scan.angle_step_rad = random.uniform(-1, 1) * std::exp(random.uniform(-6, 1));
-        const Verdict verdict = verdict_of(second_scan, hits);
-        if (verdict.is_close) {
-            continue;
-        }
-        const gpom_stats_t change = k.see(second_scan);
-        CAPTURE(second_scan.angle_step_rad);
-        CHECK(change.beams_contradicting == verdict.contradicting.size());
-        for (const gpom_beam_t &hit : hits) {
-            CHECK(k.beam(hit.id).n_agreed == verdict.confirmed.count(hit.id));
-        }
-        ++n_sure;
-        n_confirmed += static_cast<int>(verdict.confirmed.size());
-        n_contradicting += static_cast<int>(verdict.contradicting.size());
-    }
-    CHECK(n_sure > 200);
-    CHECK(n_confirmed > 200);
-    CHECK(n_contradicting > 200);
-}
 
 // A return within keep_m of a kept hit of an earlier scan is not kept, counts as known and as an
 // agreement; one farther away is kept. From wherever it is seen.
