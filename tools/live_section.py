@@ -2,8 +2,8 @@
 METRICS = (("auc", "AUC"), ("fp_at_tp95", "FP@95"), ("nll", "NLL"), ("ece", "ECE"))
 PRESETS = {"intel": "indoor", "csail": "indoor", "seattle": "indoor", "campus-west": "campus",
            "acapulco": "campus"}
-COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted",
-          "beams_not_confirmed", "hits_cleared", "free_cleared")
+COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted_redundant",
+          "beams_evicted_contradicted", "beams_not_confirmed", "hits_cleared", "free_cleared")
 
 
 def judge_words(name, seed):
