@@ -184,14 +184,17 @@ TEST_CASE("the less useful of two beams makes room and is counted by cause")
     }
 }
 
-// A full map gives up what is near to another hit, far from the robot, or old; the last two if that
-// is asked for. A clock that steps back makes nobody old.
+// A full map gives up what is near to another hit, be it only nearer than others are, what is far
+// from the robot, or old; the last two if that is asked for. A clock that steps back makes nobody
+// old.
 TEST_CASE("redundant, far and old beams go first")
 {
-    Keeping near(keep_config(0, 2));
-    near.see(look_down(0.0, 0));
-    near.see(look_down(0.8, 0));
-    CHECK(near.see(look_down(6.0, 1)).beams_evicted_redundant == 1);
+    for (const double gap_m : {0.8, 3.0}) {
+        Keeping k(keep_config(0, 2));
+        k.see(look_down(0.0, 0));
+        k.see(look_down(gap_m, 0));
+        CHECK(k.see(look_down(10.0, 1)).beams_evicted_redundant == 1);
+    }
     for (const bool is_old : {false, true}) {
         gpom_config_t config = keep_config(0, 2);
         config.far_m = is_old ? 0.0f : 5.0f;
