@@ -24,8 +24,11 @@ constexpr float kUsualSpacing_m = 0.1f;
 /// Gaps beyond this many times keep_m count alike when the least useful beam is sought.
 constexpr float kWorthGap = 16.0f;
 
-/// Beams looked at for the least useful.
-constexpr uint32_t kCandidates = 4;
+/// Kept beams of which the less useful makes room.
+constexpr uint32_t kCandidates = 2;
+
+/// A squared gap that nobody looked for: no gap is wider.
+constexpr float kGapUnknown2_m2 = FLT_MAX;
 
 float distance2(const Point &a, const Point &b)
 {
@@ -58,14 +61,6 @@ NearHits near_hits(gpom_map &map, const Point &at, float within2_m2, float enoug
     return near;
 }
 
-/// Squared distance from a return to the nearest kept hit of another beam than `own_id`, or
-/// `most2_m2` if that is less.
-float gap2_of(gpom_map &map, const Beam &beam, uint32_t own_id, float most2_m2)
-{
-    const NearHits near = near_hits(map, end_of(beam), most2_m2, 0.0f);
-    return near.best[near.best[0].id == static_cast<int32_t>(own_id) ? 1 : 0].d2;
-}
-
 float square(float x) { return x * x; }
 
 /// What gaps are compared with, also where every beam is kept.
@@ -74,64 +69,105 @@ float spacing_of(const gpom_map &map)
     return map.config.keep_m > 0.0f ? map.config.keep_m : kUsualSpacing_m;
 }
 
-/// What a beam is worth: the squared gap between its hit and the next. One without hit is worth as
-/// much as a hit that stands alone, one with a gap beyond kWorthGap as much as one with that.
-float worth_of(gpom_map &map, const Beam &beam, uint32_t own_id)
+/// The squared gap of a return that stands alone.
+float alone2_of(const gpom_map &map) { return square(kAloneGap * spacing_of(map)); }
+
+/// What a beam is worth: the squared gap between its hit and the nearest kept one of another beam
+/// than `own_id`, at most `most2_m2` and at most as with a gap of kWorthGap. One without hit is
+/// worth as much as a hit that stands alone.
+float worth_of(gpom_map &map, const Beam &beam, uint32_t own_id, float most2_m2)
 {
-    return beam.has_hit != 0 ? gap2_of(map, beam, own_id, square(kWorthGap * spacing_of(map)))
-                             : square(kAloneGap * spacing_of(map));
+    if (beam.has_hit == 0) {
+        return alone2_of(map);
+    }
+    const float within2_m2 = lane::min(most2_m2, square(kWorthGap * spacing_of(map)));
+    const NearHits near = near_hits(map, end_of(beam), within2_m2, 0.0f);
+    return near.best[near.best[0].id == static_cast<int32_t>(own_id) ? 1 : 0].d2;
 }
 
-/// How much a kept beam is worth still: less when it is far from the robot or old, if that counts;
-/// nothing while it waits for confirmation.
-float usefulness(gpom_map &map, const Beam &beam)
+/// By how much a kept beam is worth less for its distance from the robot and its age, if they
+/// count, and for the scans in a row that saw through its hit.
+struct Discount {
+    float far, old, against;
+
+    float divisor() const { return 1.0f + far + old + against; }
+};
+
+Discount discount_of(const gpom_map &map, const Beam &beam)
 {
-    if (beam.provisional != 0) {
-        return 0.0f;
-    }
-    float discount = 1.0f;
+    Discount discount = {0.0f, 0.0f, static_cast<float>(beam.hit_against)};
     if (map.config.far_m > 0.0f) {
         const float far2 = distance2(end_of(beam), map.keeper.robot);
-        discount += far2 / (map.config.far_m * map.config.far_m);
+        discount.far = far2 / (map.config.far_m * map.config.far_m);
     }
     if (map.config.old_s > 0.0f) {
         const uint32_t now_ms = map.keeper.stamp_ms; // a clock may step back
         const uint32_t age_ms = now_ms > beam.stamp_ms ? now_ms - beam.stamp_ms : 0;
-        const float age_s = 1e-3f * static_cast<float>(age_ms);
-        discount += age_s / map.config.old_s;
+        discount.old = 1e-3f * static_cast<float>(age_ms) / map.config.old_s;
     }
-    return worth_of(map, beam, beam.id) / discount;
+    return discount;
 }
 
-/// The least useful of the next kCandidates beams behind the hand.
+/// A kept beam, what it is worth, and how much of that is left where it is discounted.
 struct Candidate {
     uint32_t slot;
-    float usefulness;
+    float worth, usefulness;
 };
 
-Candidate least_useful(gpom_map &map)
+/// The next beam in turn; one that waits for confirmation is worth nothing. Its usefulness is exact
+/// if it is less than `most`: farther off its next hit need not be looked for.
+Candidate next_candidate(gpom_map &map, float most)
 {
-    Candidate least = {kNoSlot, FLT_MAX};
-    for (uint32_t i = 0; i < kCandidates; ++i) {
-        const uint32_t slot = map.keeper.hand;
-        map.keeper.hand = slot + 1 == map.index.n_slots ? 0 : slot + 1;
-        const float here = usefulness(map, map.index.beams[slot]);
-        if (here < least.usefulness) {
-            least = {slot, here};
-        }
+    constexpr float kRounding = 1.00001f; // of the division that takes the divisor back
+    const uint32_t slot = map.keeper.hand;
+    map.keeper.hand = slot + 1 == map.index.n_slots ? 0 : slot + 1;
+    const Beam &beam = map.index.beams[slot];
+    if (beam.provisional != 0) {
+        return {slot, 0.0f, 0.0f};
     }
-    return least;
+    const float divisor = discount_of(map, beam).divisor();
+    const float worth = worth_of(map, beam, beam.id, kRounding * most * divisor);
+    return {slot, worth, worth / divisor};
+}
+
+/// Count an eviction under what lowers the beam's usefulness by the greatest factor: its gap, if it
+/// is less than that of a hit that stands alone, or a part of its discount.
+void count_eviction(gpom_map &map, const Candidate &evicted)
+{
+    gpom_stats_t &stats = map.stats;
+    const Beam &beam = map.index.beams[evicted.slot];
+    const Discount discount = discount_of(map, beam);
+    const float divisor = discount.divisor();
+    const float most = lane::max(discount.against, lane::max(discount.far, discount.old));
+    const float worth_alone = lane::max(evicted.worth, alone2_of(map));
+    uint64_t *cause = &stats.beams_evicted_contradicted;
+    if (beam.provisional != 0) {
+        cause = &stats.beams_not_confirmed;
+    } else if (worth_alone * (divisor - most) >= evicted.worth * divisor) {
+        cause = &stats.beams_evicted_redundant;
+    } else if (most == discount.far) {
+        cause = &stats.beams_evicted_far;
+    } else if (most == discount.old) {
+        cause = &stats.beams_evicted_old;
+    }
+    ++*cause;
 }
 
 /// Make room for a beam that is worth `worth`. False if what is kept is worth more.
 bool make_room(gpom_map &map, float worth)
 {
-    const Candidate least = least_useful(map);
-    if (least.slot == kNoSlot || !(least.usefulness < worth)) {
+    Candidate least = {kNoSlot, worth, worth};
+    for (uint32_t i = 0; i < kCandidates; ++i) {
+        const Candidate here = next_candidate(map, least.usefulness);
+        if (here.usefulness < least.usefulness) {
+            least = here;
+        }
+    }
+    if (least.slot == kNoSlot) {
         return false;
     }
+    count_eviction(map, least);
     drop_beam(map, least.slot);
-    ++map.stats.beams_evicted;
     return true;
 }
 
@@ -176,22 +212,52 @@ void mark_arrival(gpom_map &map, Beam &beam, const NearHits &near)
     }
 }
 
-/// Whether a beam says something new; a return may then be provisional.
-bool is_new(gpom_map &map, Beam &beam, bool is_sure)
+/// What a beam says that is new: the squared gap between its hit and the nearest kept one, at most
+/// that of one that stands alone; as much without a hit; 0: nothing. A return may then be
+/// provisional.
+float news_of(gpom_map &map, Beam &beam, bool is_sure)
 {
     const float keep_m = map.config.keep_m;
     const Point at = end_of(beam);
     if (beam.returned == 0) {
-        return !is_near_free(map.index, map.keeper.free_stack, at, kFreeSpacing * keep_m);
+        const float spacing_m = kFreeSpacing * keep_m;
+        const bool is_known = is_near_free(map.index, map.keeper.free_stack, at, spacing_m);
+        return is_known ? 0.0f : alone2_of(map);
     }
-    const NearHits near = near_hits(map, at, square(kAloneGap * keep_m), square(keep_m));
-    if (near.best[0].d2 < square(keep_m)) {
-        return false;
+    const NearHits near = near_hits(map, at, alone2_of(map), square(keep_m));
+    const float gap2_m2 = near.best[0].d2;
+    if (gap2_m2 < square(keep_m)) {
+        return 0.0f;
     }
     if (is_sure && map.config.clear_scans > 0) {
         mark_arrival(map, beam, near);
     }
-    return true;
+    return gap2_m2;
+}
+
+/// Put a beam into the store, making room if it is full; if what is there is worth more, the beam
+/// is dropped and counted. gap2_m2: between its hit and the nearest kept one, exact if less than
+/// that of one that stands alone.
+void keep(gpom_map &map, const Beam &beam, float gap2_m2)
+{
+    if (map.index.next_id == kIdEnd) {
+        ++map.stats.beams_ids_spent;
+        return;
+    }
+    if (is_full(map.index)) {
+        const bool is_exact = gap2_m2 < alone2_of(map);
+        const float worth = is_exact ? gap2_m2 : worth_of(map, beam, kIdEnd, kGapUnknown2_m2);
+        if (!make_room(map, worth)) {
+            ++map.stats.beams_redundant;
+            return;
+        }
+    }
+    const uint32_t slot = insert(map.index, beam);
+    mark_beam(map, beam);
+    if (beam.provisional != 0) {
+        enter_provisional(map, slot);
+    }
+    ++(beam.returned != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
 }
 
 /// Keep a beam in place of the one whose hit it confirms, if that still has no free segment: what
@@ -208,7 +274,7 @@ bool renew(gpom_map &map, Beam &beam, uint32_t slot)
     beam.agreed = old.agreed;
     beam.arrived = old.arrived;
     drop_hit(map, slot);
-    keep(map, beam);
+    keep(map, beam, kGapUnknown2_m2);
     return true;
 }
 
@@ -226,12 +292,15 @@ void decide(gpom_map &map, uint32_t i_beam)
     if (renew(map, beam, group.renews[i_beam])) {
         return;
     }
-    const bool is_known = (group.known & bit) != 0 || !is_new(map, beam, (group.sure & bit) != 0);
-    if (is_known && !clears) {
+    const bool is_known = (group.known & bit) != 0;
+    const float gap2_m2 = is_known ? 0.0f : news_of(map, beam, (group.sure & bit) != 0);
+    if (gap2_m2 > 0.0f) {
+        keep(map, beam, gap2_m2);
+    } else if (clears) {
+        keep(map, beam, kGapUnknown2_m2);
+    } else {
         ++map.stats.beams_known;
-        return;
     }
-    keep(map, beam);
 }
 
 } // namespace
@@ -268,25 +337,6 @@ void drop_beam(gpom_map &map, uint32_t slot)
     remove_beam(map.index, slot);
 }
 
-uint32_t keep(gpom_map &map, const Beam &beam)
-{
-    if (map.index.next_id == kIdEnd) {
-        ++map.stats.beams_ids_spent;
-        return kNoSlot;
-    }
-    if (is_full(map.index) && !make_room(map, worth_of(map, beam, kIdEnd))) {
-        ++map.stats.beams_redundant;
-        return kNoSlot;
-    }
-    const uint32_t slot = insert(map.index, beam);
-    mark_beam(map, beam);
-    if (beam.provisional != 0) {
-        enter_provisional(map, slot);
-    }
-    ++(beam.returned != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
-    return slot;
-}
-
 void settle(gpom_map &map)
 {
     Group &group = map.keeper.group;
@@ -313,7 +363,7 @@ void settle(gpom_map &map)
 void consider(gpom_map &map, const Beam &beam, bool sure)
 {
     if (!(map.config.keep_m > 0.0f)) {
-        keep(map, beam);
+        keep(map, beam, kGapUnknown2_m2);
         return;
     }
     Group &group = map.keeper.group;

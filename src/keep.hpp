@@ -65,10 +65,6 @@ void consider(gpom_map &map, const Beam &beam, bool sure);
 /// Settle the beams that still wait.
 void settle(gpom_map &map);
 
-/// Put a beam into the store, making room if it is full. Returns its slot, or kNoSlot if it was
-/// dropped and counted.
-uint32_t keep(gpom_map &map, const Beam &beam);
-
 /// Take a hit, a free segment or a whole beam away, and tell the low-resolution map.
 void drop_hit(gpom_map &map, uint32_t slot);
 void drop_free(gpom_map &map, uint32_t slot);

@@ -158,6 +158,13 @@ gpom_status_t gpom_map_stats(const gpom_map_t *map, gpom_stats_t *stats)
     return GPOM_OK;
 }
 
+uint64_t gpom_stats_evicted(const gpom_stats_t *stats)
+{
+    return stats == nullptr ? 0
+                            : stats->beams_evicted_redundant + stats->beams_evicted_far +
+                                  stats->beams_evicted_old + stats->beams_evicted_contradicted;
+}
+
 uint32_t gpom_map_beam_count(const gpom_map_t *map)
 {
     return gpom::is_map(map) ? map->index.n_beams : 0;

@@ -212,7 +212,7 @@ void report_live(const HostMap &map)
         gpom_map_beam_count(map.get()), static_cast<unsigned long long>(stats.beams_known),
         static_cast<unsigned long long>(stats.beams_contradicting),
         static_cast<unsigned long long>(stats.beams_redundant),
-        static_cast<unsigned long long>(stats.beams_evicted),
+        static_cast<unsigned long long>(gpom_stats_evicted(&stats)),
         static_cast<unsigned long long>(stats.beams_not_confirmed),
         static_cast<unsigned long long>(stats.hits_cleared),
         static_cast<unsigned long long>(stats.free_cleared));

@@ -149,7 +149,7 @@ def all_jobs(arguments, logs):
 
 def live_jobs(arguments, logs):
     jobs = [Job("live", log.name, seed, live_section.judge_words(log.name, seed), tool="gpom-live")
-            for log in logs for seed in arguments.seeds]
+            for log in logs for seed in live_section.SEEDS]
     if arguments.drive > 0:
         jobs.append(Job("drive", "town", 0, live_section.drive_words(arguments.drive),
                         tool="gpom-live"))
@@ -439,9 +439,9 @@ def street_sections(figures, jobs, streets, bench):
 
 
 def live_sections(figures, jobs, arguments, names):
-    seeds = "`$SEED` = " + ", ".join(map(str, arguments.seeds)) + "\n"
     if names:
-        reports = {name: [figures.reports["live", name, seed] for seed in arguments.seeds]
+        seeds = f"`$SEED` = 0 to {len(live_section.SEEDS) - 1}\n"
+        reports = {name: [figures.reports["live", name, seed] for seed in live_section.SEEDS]
                    for name in names}
         yield "## The live map: what is worth keeping\n"
         yield commands_text([job for job in jobs if job.table == "live"], seeds)

@@ -2,8 +2,9 @@
 METRICS = (("auc", "AUC"), ("fp_at_tp95", "FP@95"), ("nll", "NLL"), ("ece", "ECE"))
 PRESETS = {"intel": "indoor", "csail": "indoor", "seattle": "indoor", "campus-west": "campus",
            "acapulco": "campus"}
-COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted",
-          "beams_not_confirmed", "hits_cleared", "free_cleared")
+COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted_redundant",
+          "beams_evicted_contradicted", "beams_not_confirmed", "hits_cleared", "free_cleared")
+SEEDS = range(10)
 UNCHANGED_TEXT = """\
 The same without the places that changed: a return judges also when what it came from has left
 since, and the map, rightly, no longer has it. Left out are points of which the last five scans that

@@ -20,9 +20,14 @@
  *  - A return from a kept hit without free segment is kept in its place.
  *  - Beams whose end is not known to 2 keep_m (standard deviation) speak against nothing.
  *  - A beam without return is kept if its end is 4 keep_m or more from any free segment.
- *  - When the map is full, the least useful of the next four beams in turn makes room: the one
- *    whose hit is nearest to another, by far_m and old_s; a beam without hit counts like one with
- *    a gap of 2 keep_m. If the new beam is no more useful, it is dropped.
+ *  - When the map is full, of the next two beams in turn the less useful makes room; if the new
+ *    beam is no more useful, it is dropped. A beam is worth its squared gap, from its hit to the
+ *    nearest other one, up to 16 keep_m; without hit like one with a gap of 2 keep_m; provisional
+ *    nothing. That is divided by 1 + (distance from the robot / far_m)^2 + age / old_s + scans in a
+ *    row that saw through its hit. What lowers it by the greatest factor is the cause that the
+ *    eviction is counted under: a gap of less than 2 keep_m (beams_evicted_redundant, also if
+ *    nothing does), or a term of the divisor (_far, _old, _contradicted); of a provisional one
+ *    beams_not_confirmed.
  *
  *  Margins shrink towards a beam's end: 0.15 keep_m, and keep_m for neighbours on either side, to
  *  0.05 of the way it has still to go, 0.6 keep_m to 0.2 of it. Neighbours are beams that come one

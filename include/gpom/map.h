@@ -98,13 +98,18 @@ typedef struct {
     uint64_t beams_redundant;     /**< Not kept: the map was full of more useful ones. */
     uint64_t beams_ids_spent;     /**< Not kept: 2^31 beams were kept since the map was
                                        last made, cleared or read from a snapshot. */
-    uint64_t beams_evicted;       /**< Removed: least useful when the map was full,
-                                       be it for its gap, its age or its distance. */
-    uint64_t beams_not_confirmed; /**< Removed: provisional, and not seen a second time. */
-    uint64_t hits_cleared;        /**< Removed: scans of several times saw through the hit. */
-    uint64_t beams_forgotten; /**< Removed: gpom_map_forget(), or out of reach of a new origin. */
-    uint64_t free_cleared;    /**< Removed: scans of several times saw a hit on the segment. */
-    uint64_t cells_cut;       /**< Low-resolution cells evaluated by a cut search (walk_max). */
+    uint64_t beams_evicted_redundant; /**< Removed, least useful when the map was full (live.h):
+                                           its hit was near to another. */
+    uint64_t beams_not_confirmed;     /**< Removed: provisional, and not seen a second time before a
+                                       beam passed it or the room was needed. */
+    uint64_t hits_cleared;            /**< Removed: scans of several times saw through the hit. */
+    uint64_t beams_forgotten;   /**< Removed: gpom_map_forget(), or out of reach of a new origin. */
+    uint64_t free_cleared;      /**< Removed: scans of several times saw a hit on the segment. */
+    uint64_t cells_cut;         /**< Low-resolution cells evaluated by a cut search (walk_max). */
+    uint64_t beams_evicted_far; /**< Removed when the map was full: far from the robot (far_m). */
+    uint64_t beams_evicted_old; /**< Removed when the map was full: old (old_s). */
+    uint64_t beams_evicted_contradicted; /**< Removed when the map was full: its hit was seen
+                                              through, not often enough to be cleared. */
 } gpom_stats_t;
 
 /** One kept beam, for inspection. */
@@ -152,6 +157,9 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_build(gpom_map_t *map);
 
 /** Copy the counters. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_stats(const gpom_map_t *map, gpom_stats_t *stats);
+
+/** Sum of the four beams_evicted_... counters; 0 for NULL. */
+GPOM_API uint64_t gpom_stats_evicted(const gpom_stats_t *stats);
 
 /** Beams kept now; 0 for NULL. */
 GPOM_API uint32_t gpom_map_beam_count(const gpom_map_t *map);

@@ -70,7 +70,7 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
 
 /** Insert a scan; a query right after sees it. Readings that cannot be used are counted by cause in
  *  gpom_stats_t and ignored. A full map never refuses: less useful beams make room, or the new ones
- *  that are worth no more stay out; both are counted (beams_evicted, beams_redundant).
+ *  that are worth no more stay out; both are counted (gpom_stats_evicted(), beams_redundant).
  *
  *  Position uncertainty at the hit raises the noise of the beam's points: with standard deviation d
  *  and rho the prior correlation over the distance d, y = f(x) + e seen at an unsure place has
@@ -84,7 +84,7 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *                          each scan has to be near the last, gpom_map_jump() is for real jumps.
  *  Cost    O(n_ranges (1 + n_masks)) and 60 arithmetic operations a beam. Walks of a tree, each at
  *          most beam_max / 4 boxes and 2 beam_max beams, in practice a few dozen of each: when
- *          full, 5 for each new beam; with keep_m > 0, 1 for each 16 beams, which compares those 16
+ *          full, 3 for each new beam; with keep_m > 0, 1 for each 16 beams, which compares those 16
  *          with every hit it meets, 1 for each beam that ends at no kept hit, 2 more for each new
  *          return, and 1 for each kept hit that arrived (live.h) and is confirmed.
  *          Low-resolution cells near a beam are marked, at most all of them, for each beam kept and

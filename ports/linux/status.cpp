@@ -88,7 +88,7 @@ void StatusSender::add_map_counts(const gpom_stats_t &stats)
     set(GPOM_WIRE_BEAMS_NOT_POSITIVE, stats.beams_not_positive);
     set(GPOM_WIRE_BEAMS_TOO_NEAR, stats.beams_too_near);
     set(GPOM_WIRE_BEAMS_MASKED, stats.beams_masked);
-    set(GPOM_WIRE_BEAMS_FULL, stats.beams_redundant + stats.beams_evicted);
+    set(GPOM_WIRE_BEAMS_FULL, stats.beams_redundant + gpom_stats_evicted(&stats));
 }
 
 } // namespace gpomd

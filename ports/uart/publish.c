@@ -215,7 +215,8 @@ static void add_counts(const gpom_device_t *device, int64_t *counts)
         counts[GPOM_WIRE_BEAMS_NOT_POSITIVE] = (int64_t)beams.beams_not_positive;
         counts[GPOM_WIRE_BEAMS_TOO_NEAR] = (int64_t)beams.beams_too_near;
         counts[GPOM_WIRE_BEAMS_MASKED] = (int64_t)beams.beams_masked;
-        counts[GPOM_WIRE_BEAMS_FULL] = (int64_t)(beams.beams_redundant + beams.beams_evicted);
+        counts[GPOM_WIRE_BEAMS_FULL] =
+            (int64_t)(beams.beams_redundant + gpom_stats_evicted(&beams));
     }
     counts[GPOM_WIRE_FRAMES_RECEIVED] = (int64_t)frames->frames_received;
     counts[GPOM_WIRE_FRAMES_SHORT] = (int64_t)frames->frames_short;

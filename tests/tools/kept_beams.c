@@ -105,11 +105,14 @@ static void print_counters(const gpom_map_t *map)
     gpom_stats_t n;
     if (gpom_map_stats(map, &n) == GPOM_OK) {
         printf("hit %" PRIu64 " no_return %" PRIu64 " known %" PRIu64 " contradicting %" PRIu64 "\n"
-               "redundant %" PRIu64 " evicted %" PRIu64 " not_confirmed %" PRIu64 "\n"
+               "redundant %" PRIu64 " not_confirmed %" PRIu64 "\n"
+               "evicted_redundant %" PRIu64 " evicted_far %" PRIu64 " evicted_old %" PRIu64
+               " evicted_contradicted %" PRIu64 "\n"
                "hits_cleared %" PRIu64 " free_cleared %" PRIu64 "\n",
                n.beams_hit, n.beams_no_return, n.beams_known, n.beams_contradicting,
-               n.beams_redundant, n.beams_evicted, n.beams_not_confirmed, n.hits_cleared,
-               n.free_cleared);
+               n.beams_redundant, n.beams_not_confirmed, n.beams_evicted_redundant,
+               n.beams_evicted_far, n.beams_evicted_old, n.beams_evicted_contradicted,
+               n.hits_cleared, n.free_cleared);
     }
 }
 

@@ -46,6 +46,7 @@ def test_every_lane_width_keeps_the_same_beams_bit_for_bit(programs, beam_max):
     counts = {name: int(n) for name, n in re.findall(r"([a-z_]+) (\d+)", counters)}
     causes = ["hit", "no_return", "known", "contradicting", "not_confirmed", "hits_cleared"]
     assert all(counts[name] > 0 for name in causes), counts
-    assert (counts["evicted"] > 0) == (beam_max == 200)
+    for cause in ("redundant", "far", "old", "contradicted"):
+        assert (counts[f"evicted_{cause}"] > 0) == (beam_max == 200), counts
     for lanes in LANES[1:]:
         assert kept[lanes] == first, f"{lanes} lanes and {LANES[0]} differ"

@@ -338,6 +338,13 @@ public:
         return stats;
     }
 
+    /// Beams that made room so far.
+    std::uint64_t n_evicted() const
+    {
+        const gpom_stats_t now = stats();
+        return gpom_stats_evicted(&now);
+    }
+
     /// All kept beams, slot by slot.
     std::vector<gpom_beam_t> beams() const
     {

@@ -98,7 +98,7 @@ TEST_CASE("a map that was read goes on like the one that was written")
     config.clear_scans = 0;
     TestMap map(config);
     go_on(map.get(), 220, 0, 40);
-    REQUIRE(map.stats().beams_evicted > 0);
+    REQUIRE(map.n_evicted() > 0);
     Medium medium(700);
     REQUIRE(write_snapshot(map.get(), medium).status == GPOM_OK);
     TestMap copy(config);
