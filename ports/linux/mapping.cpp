@@ -3,6 +3,7 @@
 #include "ports/linux/clock.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace gpomd
@@ -38,6 +39,7 @@ const char *MapThread::init(const Config &config, Memory &memory, const MapLinks
     if (status != GPOM_OK) {
         return gpom_status_str(status);
     }
+    std::fill_n(state_.pose, 3, std::numeric_limits<double>::quiet_NaN());
     scratch_ = {memory.take<std::uint8_t>(scratch_need(config)), scratch_need(config)};
     return scratch_.mem_bytes >= gpom_scratch_bytes(map_) ? nullptr : gpom_status_str(GPOM_ERR_MEM);
 }
@@ -98,8 +100,61 @@ bool MapThread::step()
     return status == GPOM_OK && n_used > 0;
 }
 
+/// The scan is the first of another map frame: by rule, what was mapped is kept or forgotten. Until
+/// a scan has been inserted nobody is told where the robot is in it.
+void MapThread::begin_frame(const ScanSlot &slot)
+{
+    const double forget_m = config_->jump.forget_m;
+    const gpom_disc_t after = {slot.pose.x_m, slot.pose.y_m, forget_m};
+    const gpom_disc_t before = {state_.pose[0], state_.pose[1], forget_m};
+    const gpom_jump_t rule = rule_of_jump(slot.pose);
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        std::copy_n(state_.pose, 3, state_.jump_from);
+        std::fill_n(state_.pose, 3, std::numeric_limits<double>::quiet_NaN());
+        state_.jump_to[0] = slot.pose.x_m;
+        state_.jump_to[1] = slot.pose.y_m;
+        state_.jump_to[2] = slot.pose.yaw_rad;
+    }
+    n_jumps_ = slot.n_jumps;
+    gpom_status_t status = gpom_map_jump(map_, rule, &after);
+    if (status == GPOM_OK && rule == GPOM_JUMP_FORGET && std::isfinite(before.x_m)) {
+        status = gpom_map_forget(map_, &before);
+    }
+    if (status == GPOM_OK) {
+        links_.counts->add(GPOM_WIRE_FRAME_JUMPS); // last: who sees it counted finds the places
+    }
+}
+
+/// As configured; but where the origin follows the robot, a map that is out of the new pose's reach
+/// would only keep every scan out.
+gpom_jump_t MapThread::rule_of_jump(const gpom_pose_t &pose) const
+{
+    gpom_point_t origin = {};
+    const bool is_out_of_reach =
+        gpom_map_origin(map_, &origin) == GPOM_OK &&
+        std::hypot(pose.x_m - origin.x_m, pose.y_m - origin.y_m) > GPOM_REACH_M;
+    if (config_->map.rebase_m > 0.0f && is_out_of_reach) {
+        return GPOM_JUMP_CLEAR;
+    }
+    switch (config_->jump.rule) {
+    case JumpRule::forget:
+        return GPOM_JUMP_FORGET;
+    case JumpRule::clear:
+        return GPOM_JUMP_CLEAR;
+    case JumpRule::none:
+    case JumpRule::keep:
+        break;
+    }
+    return GPOM_JUMP_KEEP;
+}
+
 void MapThread::insert(const ScanSlot &slot)
 {
+    const bool is_finite = std::isfinite(slot.pose.x_m) && std::isfinite(slot.pose.y_m);
+    if (slot.n_jumps != n_jumps_ && is_finite) {
+        begin_frame(slot);
+    }
     const gpom_sensor_t &sensor = config_->sensors[slot.i_sensor].sensor;
     gpom_status_t status = GPOM_OK;
     if (slot.is_per_beam) {
