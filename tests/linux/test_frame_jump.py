@@ -1,5 +1,5 @@
-"""The localiser's map frame jumps: a new epoch by rule, seen by subscribers; wild poses cost nothing
-but themselves."""
+"""The localiser's map frame jumps: a new epoch by rule, seen by subscribers; wild poses cost
+nothing but themselves."""
 import math
 
 import numpy as np
@@ -96,7 +96,8 @@ def test_a_wild_pose_wipes_nothing(start, peer):
 UTM = (500_000.0, 5_400_000.0)
 
 
-@pytest.mark.parametrize("rule, n_inserted", [("none", 1), ("keep", 5), ("forget", 5), ("clear", 5)])
+@pytest.mark.parametrize("rule, n_inserted", [("none", 1), ("keep", 5), ("forget", 5),
+                                              ("clear", 5)])
 def test_a_wild_first_pose_keeps_no_later_scan_out(rule, n_inserted, start, peer):
     """A localiser that begins at (0, 0) before it knows. Without looking for jumps every later scan
     is out of reach; otherwise only the one is lost that the next one had to confirm."""

@@ -88,8 +88,8 @@ TEST_CASE("the pose ring forgets the oldest")
     CHECK(match(*ring, 1000 * n) == PoseMatch::not_yet);
 }
 
-// After a jump nothing before its first pose has a pose, and it says so until that one is forgotten;
-// a pose taken back is as if it had never come.
+// After a jump no time before its first pose has one, and the ring says why until that pose is
+// forgotten; a pose taken back is as if it had never come.
 TEST_CASE("the pose ring begins anew with another frame")
 {
     const auto ring = std::make_unique<PoseRing>();
