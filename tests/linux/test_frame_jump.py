@@ -77,7 +77,7 @@ def test_a_jump_starts_an_epoch_and_the_rule_says_what_stays(rule, epoch, known,
 
 
 def test_a_wild_pose_wipes_nothing(start, peer):
-    """One, and one after the other that do not agree."""
+    """One, and one after the other that do not agree. One that is not finite is another fault."""
     start(rest='[jump]\nrule = "clear"')
     watch = Watch(URL)
     robot = Robot(watch, peer)
@@ -86,10 +86,11 @@ def test_a_wild_pose_wipes_nothing(start, peer):
     wait_for_status(watch, scans_inserted=3)
     assert settled_epoch(watch) == 0
     before = cells_of(watch.map)
-    for wild in ((0.0, 0.0), BEFORE, AFTER, FAR, (1e5, 1e5), BEFORE):
+    for wild in ((0.0, 0.0), BEFORE, AFTER, FAR, (1e5, 1e5), (math.nan, 0.0), BEFORE):
         robot.see(wild, ranges=BLIND)
-    status = wait_for_status(watch, scans_inserted=5, scans_at_jump=4, frame_jumps=0)
-    assert status["counts"]["scans_received"] == 9 and status["frame_epoch"] == 0
+    status = wait_for_status(watch, scans_received=10, scans_inserted=5, scans_at_jump=4,
+                             scans_bad_pose=1, frame_jumps=0)
+    assert status["frame_epoch"] == 0
     assert settled_epoch(watch) == 0 and cells_of(watch.map) == before
 
 
