@@ -21,6 +21,20 @@ std::size_t scratch_need(const Config &config)
     return GPOM_SCRATCH_BYTES(params.n_hits + params.n_free, gpom_lanes());
 }
 
+gpom_jump_t rule_of(JumpRule rule)
+{
+    switch (rule) {
+    case JumpRule::forget:
+        return GPOM_JUMP_FORGET;
+    case JumpRule::clear:
+        return GPOM_JUMP_CLEAR;
+    case JumpRule::none: // and so no jumps
+    case JumpRule::keep:
+        break;
+    }
+    return GPOM_JUMP_KEEP;
+}
+
 } // namespace
 
 std::size_t MapThread::need(const Config &config)
@@ -102,12 +116,11 @@ bool MapThread::step()
 
 /// The scan is the first of another map frame: by rule, what was mapped is kept or forgotten. Until
 /// a scan has been inserted nobody is told where the robot is in it.
-void MapThread::begin_frame(const ScanSlot &slot)
+void MapThread::begin_frame(const ScanSlot &slot, gpom_jump_t rule)
 {
     const double forget_m = config_->jump.forget_m;
     const gpom_disc_t after = {slot.pose.x_m, slot.pose.y_m, forget_m};
     const gpom_disc_t before = {state_.pose[0], state_.pose[1], forget_m};
-    const gpom_jump_t rule = rule_of_jump(slot.pose);
     {
         const std::lock_guard<std::mutex> lock(mutex_);
         std::copy_n(state_.pose, 3, state_.jump_from);
@@ -126,34 +139,27 @@ void MapThread::begin_frame(const ScanSlot &slot)
     }
 }
 
-/// As configured; but where the origin follows the robot, a map that is out of the new pose's reach
-/// would only keep every scan out.
-gpom_jump_t MapThread::rule_of_jump(const gpom_pose_t &pose) const
+/// What becomes of the map when the frame jumps to a pose: as configured, but where the origin
+/// follows the robot a map out of the pose's reach would only keep every scan out. False: that is
+/// what a fixed origin does, or the pose is not finite.
+bool MapThread::can_begin_frame(const gpom_pose_t &pose, gpom_jump_t &rule) const
 {
     gpom_point_t origin = {};
-    const bool is_out_of_reach =
-        gpom_map_origin(map_, &origin) == GPOM_OK &&
-        std::hypot(pose.x_m - origin.x_m, pose.y_m - origin.y_m) > GPOM_REACH_M;
-    if (config_->map.rebase_m > 0.0f && is_out_of_reach) {
-        return GPOM_JUMP_CLEAR;
+    const bool has_origin = gpom_map_origin(map_, &origin) == GPOM_OK;
+    const double far_m = std::hypot(pose.x_m - origin.x_m, pose.y_m - origin.y_m);
+    if (has_origin && far_m <= GPOM_REACH_M) {
+        rule = rule_of(config_->jump.rule);
+        return true;
     }
-    switch (config_->jump.rule) {
-    case JumpRule::forget:
-        return GPOM_JUMP_FORGET;
-    case JumpRule::clear:
-        return GPOM_JUMP_CLEAR;
-    case JumpRule::none:
-    case JumpRule::keep:
-        break;
-    }
-    return GPOM_JUMP_KEEP;
+    rule = GPOM_JUMP_CLEAR;
+    return config_->map.rebase_m > 0.0f && std::isfinite(far_m);
 }
 
 void MapThread::insert(const ScanSlot &slot)
 {
-    const bool is_finite = std::isfinite(slot.pose.x_m) && std::isfinite(slot.pose.y_m);
-    if (slot.n_jumps != n_jumps_ && is_finite) {
-        begin_frame(slot);
+    gpom_jump_t rule = GPOM_JUMP_KEEP;
+    if (slot.n_jumps != n_jumps_ && can_begin_frame(slot.pose, rule)) {
+        begin_frame(slot, rule);
     }
     const gpom_sensor_t &sensor = config_->sensors[slot.i_sensor].sensor;
     gpom_status_t status = GPOM_OK;

@@ -58,8 +58,8 @@ public:
 
 private:
     void insert(const ScanSlot &slot);
-    void begin_frame(const ScanSlot &slot);
-    gpom_jump_t rule_of_jump(const gpom_pose_t &pose) const;
+    bool can_begin_frame(const gpom_pose_t &pose, gpom_jump_t &rule) const;
+    void begin_frame(const ScanSlot &slot, gpom_jump_t rule);
     void note_inserted(const ScanSlot &slot);
     bool step();
     void answer_one(std::uint32_t i_slot);
@@ -68,7 +68,7 @@ private:
     MapLinks links_ = {};
     gpom_map_t *map_ = nullptr;
     gpom_scratch_t scratch_ = {};
-    std::uint32_t n_jumps_ = 0; ///< Of the map frame, by the last scan.
+    std::uint32_t n_jumps_ = 0; ///< Before the frame that the map is in, ScanSlot::n_jumps.
     std::mutex mutex_;
     MapState state_ = {}; ///< Guarded by mutex_; written by this thread alone.
     std::atomic<std::uint64_t> pulse_{0};

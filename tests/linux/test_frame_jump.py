@@ -119,6 +119,27 @@ def test_a_wild_first_pose_keeps_no_later_scan_out(rule, n_inserted, start, peer
         assert math.dist(watch.map.tile.corner_m, UTM) < 100.0
 
 
+def test_a_frame_out_of_reach_of_a_fixed_origin_wipes_nothing(start, peer):
+    """No scan of it can be inserted; the next frame begins with the first that can."""
+    start(rest='[jump]\nrule = "clear"')
+    watch = Watch(URL)
+    robot = Robot(watch, peer)
+    for _ in range(3):
+        robot.see(BEFORE)
+    wait_for_status(watch, scans_inserted=3)
+    assert settled_epoch(watch) == 0
+    before = cells_of(watch.map)
+    for _ in range(3):
+        robot.see((1e5, 1e5))
+    wait_for_status(watch, scans_at_jump=1, scans_out_of_reach=2, frame_jumps=0)
+    assert settled_epoch(watch) == 0 and cells_of(watch.map) == before
+    for _ in range(2):
+        robot.see(AFTER)
+    wait_for_status(watch, scans_inserted=4, scans_at_jump=2, frame_jumps=1)
+    assert settled_epoch(watch) == 1
+    assert is_known(watch, AFTER) and not is_known(watch, BEFORE)
+
+
 def test_a_fast_drive_with_turns_is_no_jump(start, peer):
     """38 m/s at ten scans a second, 5 rad/s in turn; and a stop of a minute at the end."""
     start(raster="cell_m = 4.0\nnx = 70\nny = 60",
