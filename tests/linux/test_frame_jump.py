@@ -21,12 +21,13 @@ class Robot:
     def __init__(self, watch, peer):
         self.watch, self.peer, self.n = watch, peer, 0
 
-    def see(self, place, yaw_rad=0.3, ranges=3.0, seconds=0.1):
+    def see(self, place, yaw_rad=0.3, ranges=3.0, seconds=0.1, **fields):
         """A scan at a place, so long after the last one."""
         at_us = STEP_US if self.n == 0 else self.last_us + round(1e6 * seconds)
         values = ranges if isinstance(ranges, list) else [ranges] * N_BEAMS
         self.watch.bus.publish("GPOM_SCAN", encoded(scan(
-            self.peer, self.n, utime=T0_US + at_us, pose=[*place, yaw_rad], ranges=values)))
+            self.peer, self.n, utime=T0_US + at_us, pose=[*place, yaw_rad], ranges=values,
+            **fields)))
         self.last_us, self.n = at_us, self.n + 1
 
 
@@ -138,6 +139,20 @@ def test_a_frame_out_of_reach_of_a_fixed_origin_wipes_nothing(start, peer):
     wait_for_status(watch, scans_inserted=4, scans_at_jump=2, frame_jumps=1)
     assert settled_epoch(watch) == 1
     assert is_known(watch, AFTER) and not is_known(watch, BEFORE)
+
+
+def test_a_place_of_the_old_frame_is_not_told_in_the_new_one(start, peer):
+    """The scan that begins it is refused for its covariance: the robot's place is not known."""
+    start()
+    watch = Watch(URL)
+    robot = Robot(watch, peer)
+    for place in (BEFORE, BEFORE, AFTER):
+        robot.see(place)
+    robot.see(AFTER, pose_cov=[-1.0] * 9)
+    wait_for_status(watch, scans_inserted=2, scans_at_jump=1, scans_bad_pose=1, frame_jumps=1)
+    assert settled_epoch(watch) == 1 and math.isnan(watch.map.tile.pose[0])
+    robot.see(AFTER)
+    wait_until(watch, lambda: list(watch.map.tile.pose[:2]) == list(AFTER))
 
 
 def test_a_fast_drive_with_turns_is_no_jump(start, peer):
