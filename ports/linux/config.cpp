@@ -111,10 +111,15 @@ constexpr Named<ScanType> kScanTypes[] = {{"gpom.scan_t", ScanType::gpom_scan},
 constexpr Named<PoseType> kPoseTypes[] = {{"bot_core.pose_t", PoseType::bot_pose},
                                           {"mbot_lcm_msgs.pose2D_t", PoseType::pose2d}};
 
+constexpr Named<JumpRule> kJumpRules[] = {{"none", JumpRule::none},
+                                          {"keep", JumpRule::keep},
+                                          {"forget", JumpRule::forget},
+                                          {"clear", JumpRule::clear}};
+
 template <class Type, std::size_t N>
-Type type_of(const TomlTable &table, const Named<Type> (&types)[N])
+Type type_of(const TomlTable &table, const std::string &key, const Named<Type> (&types)[N])
 {
-    const std::string word = table.word("type");
+    const std::string word = table.word(key);
     std::string names;
     for (const Named<Type> &named : types) {
         if (word == named.name) {
@@ -122,7 +127,7 @@ Type type_of(const TomlTable &table, const Named<Type> (&types)[N])
         }
         names += (names.empty() ? "" : ", ") + std::string(named.name);
     }
-    table.fail("type", "type: \"" + word + "\" is not one of " + names);
+    table.fail(key, key + ": \"" + word + "\" is not one of " + names);
 }
 
 void read_masks(const TomlTable &table, SensorConfig &config)
@@ -150,7 +155,7 @@ void read_sensor(const TomlTable &table, SensorConfig &config)
                               "range_sd_m", "upside_down", "masks", "latency_s", "gap_max_s",
                               "no_return"},
                              "; remove it");
-    config.type = type_of(table, kScanTypes);
+    config.type = type_of(table, "type", kScanTypes);
     const bool is_own = config.type == ScanType::gpom_scan;
     read_channel(table, "channel", is_own ? "GPOM_SCAN" : "LIDAR", config.channel);
     if (table.has("id") && !is_own) {
@@ -191,7 +196,7 @@ void read_pose(const TomlTable &root, PoseConfig &config)
     }
     const TomlTable table = root.table("pose");
     table.refuse_keys_beyond({"channel", "type", "sd", "gap_max_s", "wait_max_s"}, "; remove it");
-    config.type = type_of(table, kPoseTypes);
+    config.type = type_of(table, "type", kPoseTypes);
     read_channel(table, "channel", "POSE", config.channel);
     if (table.has("sd")) {
         const std::vector<double> sd = tuple(table, "sd", 3);
@@ -204,6 +209,23 @@ void read_pose(const TomlTable &root, PoseConfig &config)
     }
     config.gap_max_us = seconds_or(table, "gap_max_s", 0.5, {1e-3, 60.0});
     config.wait_max_us = seconds_or(table, "wait_max_s", 0.5, {0.0, 60.0});
+}
+
+void read_jump(const TomlTable &root, JumpConfig &jump)
+{
+    jump = {JumpRule::keep, 2.0, 40.0, 4.0, 6.0, 20.0};
+    if (!root.has("jump")) {
+        return;
+    }
+    const TomlTable table = root.table("jump");
+    table.refuse_keys_beyond(
+        {"rule", "distance_m", "speed_mps", "turn_rad", "turn_radps", "forget_m"}, "; remove it");
+    jump.rule = table.has("rule") ? type_of(table, "rule", kJumpRules) : jump.rule;
+    jump.distance_m = number_or(table, "distance_m", jump.distance_m, {1e-3, 1e6});
+    jump.speed_mps = number_or(table, "speed_mps", jump.speed_mps, {0.0, 1e3});
+    jump.turn_rad = number_or(table, "turn_rad", jump.turn_rad, {1e-3, 10.0});
+    jump.turn_radps = number_or(table, "turn_radps", jump.turn_radps, {0.0, 1e3});
+    jump.forget_m = number_or(table, "forget_m", jump.forget_m, {1e-3, GPOM_REACH_M});
 }
 
 /// Sensors on one channel must be told apart, and those without poses must get some.
@@ -397,8 +419,8 @@ void read_config(const char *path, Config &config)
 {
     const toml::table file = gpom_tools::parse_toml(path, "configuration");
     const TomlTable root(path, file);
-    root.refuse_keys_beyond({"params", "lcm_url", "sensor", "pose", "map", "raster", "intake",
-                             "publish", "snapshot", "can"},
+    root.refuse_keys_beyond({"params", "lcm_url", "sensor", "pose", "jump", "map", "raster",
+                             "intake", "publish", "snapshot", "can"},
                             "; remove it");
     config = Config{};
     gpom_config_init(&config.map);
@@ -419,6 +441,7 @@ void read_config(const char *path, Config &config)
     read_raster(root, config.map);
     check_map(root, config.map);
     read_pose(root, config.pose);
+    read_jump(root, config.jump);
     read_sensors(root, config);
     read_intake(root, config);
     read_publish(root, config.publish);

@@ -5,6 +5,7 @@
 #include "gpom/gpom.h"
 #include "ports/codec/codec.h"
 #include "ports/linux/can_config.hpp"
+#include "ports/linux/frame_jump.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -78,6 +79,7 @@ struct Config {
     std::size_t n_sensors;
     SensorConfig sensors[kSensorsMax];
     PoseConfig pose;
+    JumpConfig jump;
     IntakeConfig intake;
     PublishConfig publish;
     char snapshot_path[kPathMax]; ///< Empty: none.

@@ -62,6 +62,8 @@ constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
                                  {GPOM_WIRE_SCANS_OVERRUN, "too many at once"},
                                  {GPOM_WIRE_TIME_GAPS, "gaps in time"},
                                  {GPOM_WIRE_POSES_REFUSED, "poses refused"},
+                                 {GPOM_WIRE_SCANS_AT_JUMP, "at a jump"},
+                                 {GPOM_WIRE_POSES_AT_JUMP, "poses at a jump"},
                                  {GPOM_WIRE_QUERIES_REFUSED, "queries refused"},
                                  {GPOM_WIRE_SNAPSHOTS_FAILED, "snapshots not written"},
                                  {GPOM_WIRE_CAN_BAD_LENGTH, "CAN frames of wrong length"},
@@ -116,6 +118,7 @@ private:
     void watch(const sigset_t &signals);
     bool has_pulse();
     void log_drops();
+    void log_jump();
     static void on_scan(void *daemon, const char *channel, const std::uint8_t *bytes,
                         std::size_t n_bytes);
     static void on_pose(void *daemon, const char *channel, const std::uint8_t *bytes,
@@ -141,6 +144,7 @@ private:
     CanPort can_;
     std::atomic<std::uint64_t> pulse_{0}; ///< Of the receiving thread.
     std::uint64_t seen_pulses_[4] = {};
+    std::int64_t n_logged_jumps_ = 0;
     std::int64_t logged_drops_[sizeof kDrops / sizeof *kDrops] = {};
 };
 
@@ -270,6 +274,26 @@ void Daemon::log_drops()
     }
 }
 
+/// The last jump, if it has not been told.
+void Daemon::log_jump()
+{
+    const std::int64_t n_jumps = counts_[GPOM_WIRE_FRAME_JUMPS];
+    if (n_jumps == n_logged_jumps_) {
+        return;
+    }
+    n_logged_jumps_ = n_jumps;
+    const MapState state = mapping_.state();
+    const double *const from = state.jump_from;
+    const double *const to = state.jump_to;
+    char text[240];
+    std::snprintf(
+        text, sizeof text,
+        "the map frame jumped (%lld until now): robot before at %.3f m, %.3f m, %.3f rad; "
+        "after at %.3f m, %.3f m, %.3f rad",
+        static_cast<long long>(n_jumps), from[0], from[1], from[2], to[0], to[1], to[2]);
+    log(text);
+}
+
 /// Status, watchdog and log, until a signal says to stop.
 void Daemon::watch(const sigset_t &signals)
 {
@@ -292,6 +316,7 @@ void Daemon::watch(const sigset_t &signals)
             log_drops();
             log_us = now_us + kLogPeriod_us;
         }
+        log_jump();
         for (const char *news = can_.next_news(); news != nullptr; news = can_.next_news()) {
             log(std::string(config_.can.interface) + " " + news);
         }
@@ -365,6 +390,7 @@ void Daemon::run()
     subscribe();
     can_.open();
     run_threads(signals);
+    log_jump();
     log_drops();
     log("stopped after " + std::to_string(counts_[GPOM_WIRE_SCANS_INSERTED]) + " scans");
 }

@@ -76,6 +76,7 @@ void Intake::init(const Config &config, Memory &memory, ScanQueue &queue, Counts
     config_ = &config;
     queue_ = &queue;
     counts_ = &counts;
+    frame_.init(config.jump);
     waiting_ = memory.take<std::uint32_t>(config.intake.queue_scans + 1);
     if (!queue_->free.pop(spare_, 0)) {
         std::abort(); // a queue has two slots at least
@@ -281,12 +282,42 @@ void Intake::keep_spare()
         return;
     }
     const ScanSlot &slot = queue_->slot(i_slot);
-    if (config_->sensors[slot.i_sensor].type == ScanType::gpom_scan) {
-        queue_->ready.push(i_slot);
-        return;
+    if (config_->sensors[slot.i_sensor].type != ScanType::gpom_scan) {
+        waiting_[n_waiting_++] = i_slot;
+        match_waiting();
+    } else if (is_stray(slot)) {
+        drop(i_slot, GPOM_WIRE_SCANS_AT_JUMP);
+    } else {
+        hand_over(i_slot);
     }
-    waiting_[n_waiting_++] = i_slot;
-    match_waiting();
+}
+
+void Intake::hand_over(std::uint32_t i_slot)
+{
+    queue_->slot(i_slot).n_jumps = n_jumps_;
+    queue_->ready.push(i_slot);
+}
+
+/// How a pose continues the others of the map frame, whatever channel they are of. Once the frame
+/// has jumped, poses of the one before are none any more.
+Continuity Intake::follow(const StampedPose &pose)
+{
+    if (config_->jump.rule == JumpRule::none) {
+        return Continuity::follows;
+    }
+    const Continuity continuity = frame_.take(pose);
+    if (continuity == Continuity::jumps) {
+        ++n_jumps_;
+        poses_.begin_frame();
+    }
+    return continuity;
+}
+
+/// Of a scan that carries its pose. One that is not finite is the library's to refuse.
+bool Intake::is_stray(const ScanSlot &slot)
+{
+    const StampedPose pose = {slot.stamp_us, slot.pose.x_m, slot.pose.y_m, slot.pose.yaw_rad};
+    return PoseRing::is_finite(pose) && follow(pose) == Continuity::strays;
 }
 
 void Intake::take_pose(const Message &message)
@@ -311,6 +342,17 @@ void Intake::take_pose(const Message &message)
         pose.stamp_us > message.wall_us + config_->intake.ahead_max_us || !poses_.push(pose)) {
         counts_->add(GPOM_WIRE_POSES_REFUSED);
         return;
+    }
+    switch (follow(pose)) {
+    case Continuity::follows:
+        break;
+    case Continuity::strays:
+        counts_->add(GPOM_WIRE_POSES_AT_JUMP);
+        poses_.drop_newest();
+        return;
+    case Continuity::jumps:
+        poses_.push(pose); // the first of its frame
+        break;
     }
     match_waiting();
 }
@@ -343,7 +385,10 @@ bool Intake::settle(std::uint32_t i_slot, PoseMatch match)
 {
     switch (match) {
     case PoseMatch::found:
-        queue_->ready.push(i_slot);
+        hand_over(i_slot);
+        return true;
+    case PoseMatch::jumped:
+        drop(i_slot, GPOM_WIRE_SCANS_AT_JUMP);
         return true;
     case PoseMatch::too_old:
         drop(i_slot, GPOM_WIRE_SCANS_TOO_OLD);

@@ -4,6 +4,7 @@
 
 #include "ports/linux/config.hpp"
 #include "ports/linux/counts.hpp"
+#include "ports/linux/frame_jump.hpp"
 #include "ports/linux/odometry.hpp"
 #include "ports/linux/pose_ring.hpp"
 #include "ports/linux/scan_queue.hpp"
@@ -61,6 +62,9 @@ private:
     bool is_next(Track &track, const ScanSlot &slot, std::int32_t ahead);
     bool is_set_back(Track &track, std::int64_t stamp_us);
     void keep_spare();
+    void hand_over(std::uint32_t i_slot);
+    Continuity follow(const StampedPose &pose);
+    bool is_stray(const ScanSlot &slot);
     PoseMatch match(ScanSlot &slot) const;
     void learn_odometry();
     PoseMatch pose_at(std::int64_t stamp_us, StampedPose &pose, float *cov) const;
@@ -72,6 +76,8 @@ private:
     Counts *counts_ = nullptr;
     Track tracks_[kSensorsMax] = {};
     PoseRing poses_;
+    FrameJump frame_;
+    std::uint32_t n_jumps_ = 0;        ///< Of the map frame.
     Odometry *odometry_ = nullptr;     ///< None: poses are interpolated alone.
     std::uint32_t spare_ = 0;          ///< The slot that the next scan is decoded into.
     std::uint32_t *waiting_ = nullptr; ///< Slots without pose, in order of arrival.

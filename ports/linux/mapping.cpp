@@ -3,6 +3,7 @@
 #include "ports/linux/clock.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace gpomd
@@ -18,6 +19,20 @@ std::size_t scratch_need(const Config &config)
 {
     const gpom_params_t &params = config.map.params;
     return GPOM_SCRATCH_BYTES(params.n_hits + params.n_free, gpom_lanes());
+}
+
+gpom_jump_t rule_of(JumpRule rule)
+{
+    switch (rule) {
+    case JumpRule::forget:
+        return GPOM_JUMP_FORGET;
+    case JumpRule::clear:
+        return GPOM_JUMP_CLEAR;
+    case JumpRule::none: // and so no jumps
+    case JumpRule::keep:
+        break;
+    }
+    return GPOM_JUMP_KEEP;
 }
 
 } // namespace
@@ -38,6 +53,7 @@ const char *MapThread::init(const Config &config, Memory &memory, const MapLinks
     if (status != GPOM_OK) {
         return gpom_status_str(status);
     }
+    std::fill_n(state_.pose, 3, std::numeric_limits<double>::quiet_NaN());
     scratch_ = {memory.take<std::uint8_t>(scratch_need(config)), scratch_need(config)};
     return scratch_.mem_bytes >= gpom_scratch_bytes(map_) ? nullptr : gpom_status_str(GPOM_ERR_MEM);
 }
@@ -98,8 +114,53 @@ bool MapThread::step()
     return status == GPOM_OK && n_used > 0;
 }
 
+/// The scan is the first of another map frame: by rule, what was mapped is kept or forgotten. Until
+/// a scan has been inserted nobody is told where the robot is in it.
+void MapThread::begin_frame(const ScanSlot &slot, gpom_jump_t rule)
+{
+    const double forget_m = config_->jump.forget_m;
+    const gpom_disc_t after = {slot.pose.x_m, slot.pose.y_m, forget_m};
+    const gpom_disc_t before = {state_.pose[0], state_.pose[1], forget_m};
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        std::copy_n(state_.pose, 3, state_.jump_from);
+        std::fill_n(state_.pose, 3, std::numeric_limits<double>::quiet_NaN());
+        state_.jump_to[0] = slot.pose.x_m;
+        state_.jump_to[1] = slot.pose.y_m;
+        state_.jump_to[2] = slot.pose.yaw_rad;
+    }
+    n_jumps_ = slot.n_jumps;
+    gpom_status_t status = gpom_map_jump(map_, rule, &after);
+    if (status == GPOM_OK && rule == GPOM_JUMP_FORGET && std::isfinite(before.x_m)) {
+        status = gpom_map_forget(map_, &before);
+    }
+    if (status == GPOM_OK) {
+        links_.counts->add(GPOM_WIRE_FRAME_JUMPS); // last: who sees it counted finds the places
+    }
+}
+
+/// What becomes of the map when the frame jumps to a pose: as configured, but where the origin
+/// follows the robot a map out of the pose's reach would only keep every scan out. False: that is
+/// what a fixed origin does, or the pose is not finite.
+bool MapThread::can_begin_frame(const gpom_pose_t &pose, gpom_jump_t &rule) const
+{
+    gpom_point_t origin = {};
+    const bool has_origin = gpom_map_origin(map_, &origin) == GPOM_OK;
+    const double far_m = std::hypot(pose.x_m - origin.x_m, pose.y_m - origin.y_m);
+    if (has_origin && far_m <= GPOM_REACH_M) {
+        rule = rule_of(config_->jump.rule);
+        return true;
+    }
+    rule = GPOM_JUMP_CLEAR;
+    return config_->map.rebase_m > 0.0f && std::isfinite(far_m);
+}
+
 void MapThread::insert(const ScanSlot &slot)
 {
+    gpom_jump_t rule = GPOM_JUMP_KEEP;
+    if (slot.n_jumps != n_jumps_ && can_begin_frame(slot.pose, rule)) {
+        begin_frame(slot, rule);
+    }
     const gpom_sensor_t &sensor = config_->sensors[slot.i_sensor].sensor;
     gpom_status_t status = GPOM_OK;
     if (slot.is_per_beam) {

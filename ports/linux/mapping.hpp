@@ -26,6 +26,7 @@ struct MapState {
     std::int64_t lag_us_max; ///< Worst since MapThread::state() was last asked to reset it.
     std::uint32_t n_beams;
     gpom_stats_t stats;
+    double jump_from[3], jump_to[3]; ///< At the last jump: robot before, NaN: not known, and after.
 };
 
 /// What the thread works on; all of it outlives the thread.
@@ -57,6 +58,8 @@ public:
 
 private:
     void insert(const ScanSlot &slot);
+    bool can_begin_frame(const gpom_pose_t &pose, gpom_jump_t &rule) const;
+    void begin_frame(const ScanSlot &slot, gpom_jump_t rule);
     void note_inserted(const ScanSlot &slot);
     bool step();
     void answer_one(std::uint32_t i_slot);
@@ -65,6 +68,7 @@ private:
     MapLinks links_ = {};
     gpom_map_t *map_ = nullptr;
     gpom_scratch_t scratch_ = {};
+    std::uint32_t n_jumps_ = 0; ///< Before the frame that the map is in, ScanSlot::n_jumps.
     std::mutex mutex_;
     MapState state_ = {}; ///< Guarded by mutex_; written by this thread alone.
     std::atomic<std::uint64_t> pulse_{0};

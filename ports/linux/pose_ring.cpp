@@ -5,9 +5,14 @@
 namespace gpomd
 {
 
+bool PoseRing::is_finite(const StampedPose &pose)
+{
+    return std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.yaw_rad);
+}
+
 bool PoseRing::push(const StampedPose &pose)
 {
-    if (!std::isfinite(pose.x_m) || !std::isfinite(pose.y_m) || !std::isfinite(pose.yaw_rad)) {
+    if (!is_finite(pose)) {
         return false;
     }
     if (n_ > 0 && pose.stamp_us <= nth(n_ - 1).stamp_us) {
@@ -17,16 +22,24 @@ bool PoseRing::push(const StampedPose &pose)
             return false;
         }
         n_ = 0;
+        is_after_jump_ = false;
     }
     n_behind_ = 0;
     behind_us_ = pose.stamp_us;
     if (n_ == kPoses) {
         first_ = (first_ + 1) % kPoses;
         --n_;
+        is_after_jump_ = false;
     }
     poses_[(first_ + n_) % kPoses] = pose;
     ++n_;
     return true;
+}
+
+void PoseRing::begin_frame()
+{
+    n_ = 0;
+    is_after_jump_ = true;
 }
 
 std::size_t PoseRing::first_not_before(std::int64_t stamp_us) const
@@ -54,7 +67,7 @@ PoseMatch PoseRing::at(std::int64_t stamp_us, std::int64_t gap_max_us, StampedPo
         return PoseMatch::not_yet;
     }
     if (stamp_us < nth(0).stamp_us) {
-        return PoseMatch::too_old;
+        return is_after_jump_ ? PoseMatch::jumped : PoseMatch::too_old;
     }
     const std::size_t i_after = first_not_before(stamp_us);
     const StampedPose &after = nth(i_after);

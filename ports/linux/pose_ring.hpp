@@ -20,6 +20,7 @@ enum class PoseMatch : std::uint8_t {
     found,
     not_yet, ///< Newer than the newest pose.
     too_old, ///< Older than the oldest pose kept.
+    jumped,  ///< Likewise, and the map frame jumped just before that pose.
     gap      ///< The poses before and after are too far apart in time.
 };
 
@@ -48,8 +49,16 @@ public:
     /// to have been set back: the ring begins anew.
     static constexpr std::uint32_t kSetBack = 10;
 
+    static bool is_finite(const StampedPose &pose);
+
     /// Take a pose. False: not finite, or not newer than the newest.
     bool push(const StampedPose &pose);
+
+    /// Take the newest pose back; there must be one.
+    void drop_newest() { --n_; }
+
+    /// The map frame jumped: poses before are of another one, and none is interpolated with them.
+    void begin_frame();
 
     /// The pose at a time, interpolated between the two about it; yaw the short way round.
     PoseMatch at(std::int64_t stamp_us, std::int64_t gap_max_us, StampedPose &pose) const;
@@ -64,6 +73,7 @@ private:
     StampedPose poses_[kPoses] = {};
     std::size_t first_ = 0;
     std::size_t n_ = 0;
+    bool is_after_jump_ = false; ///< The oldest pose is the first of its frame.
     std::int64_t behind_us_ = 0; ///< Stamp of the last one that came behind.
     std::uint32_t n_behind_ = 0; ///< So many in a row.
 };

@@ -19,7 +19,8 @@ struct ScanSlot {
     std::int64_t latest_us;  ///< Of its latest beam; types without times per beam: stamp_us.
     std::int64_t arrived_us; ///< Monotonic.
     std::size_t i_sensor;
-    gpom_pose_t pose; ///< At stamp_us; cov is `cov` below, or NULL.
+    std::uint32_t n_jumps; ///< Of the map frame before this scan.
+    gpom_pose_t pose;      ///< At stamp_us; cov is `cov` below, or NULL.
     float cov[9];
     double angle_min_rad;
     double angle_step_rad;

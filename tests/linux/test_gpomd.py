@@ -130,7 +130,7 @@ def counted(watch, before):
     """What rose since, but for scans received."""
     after = watch.status["counts"]
     return {name: after[name] - before[name] for name in before
-            if name.startswith(("scans", "poses", "time")) and after[name] != before[name]}
+            if name.startswith(("scans", "poses", "time", "frame")) and after[name] != before[name]}
 
 
 def check_counts(watch, messages, received, **expected):
@@ -145,7 +145,7 @@ def check_counts(watch, messages, received, **expected):
 
 
 def test_every_fault_of_own_scans_raises_its_counter_alone(start, peer):
-    start()
+    start(rest='[jump]\nrule = "none"')
     watch = Watch(URL)
     wait_until(watch, lambda: watch.status is not None)
 
@@ -356,7 +356,8 @@ def publish_garbage(watch, good, n):
 
 
 SCAN_ENDS = ("inserted", "bad_pose", "out_of_reach", "other_type", "corrupt", "malformed",
-             "repeated", "reordered", "too_old", "too_new", "jumped_back", "no_pose", "overrun")
+             "repeated", "reordered", "too_old", "too_new", "jumped_back", "no_pose", "overrun",
+             "at_jump")
 
 
 def is_every_scan_accounted_for(watch):

@@ -88,6 +88,45 @@ TEST_CASE("the pose ring forgets the oldest")
     CHECK(match(*ring, 1000 * n) == PoseMatch::not_yet);
 }
 
+// After a jump no time before its first pose has one, and the ring says why until that pose is
+// forgotten; a pose taken back is as if it had never come.
+TEST_CASE("the pose ring begins anew with another frame")
+{
+    const auto ring = std::make_unique<PoseRing>();
+    REQUIRE(ring->push({1000000, 1.0, 0.0, 0.0}));
+    REQUIRE(ring->push({1050000, 500.0, 0.0, 0.0}));
+    ring->drop_newest();
+    CHECK(match(*ring, 1050000) == PoseMatch::not_yet);
+    StampedPose pose;
+    REQUIRE(ring->push({1040000, 1.4, 0.0, 0.0}));
+    REQUIRE(ring->at(1020000, kGapMax_us, pose) == PoseMatch::found);
+    CHECK(pose.x_m == doctest::Approx(1.2));
+    ring->begin_frame();
+    CHECK(match(*ring, 1020000) == PoseMatch::not_yet);
+    REQUIRE(ring->push({1060000, 500.0, 0.0, 0.0}));
+    CHECK(match(*ring, 1060000) == PoseMatch::found);
+    CHECK(match(*ring, 1059999) == PoseMatch::jumped);
+    for (std::size_t i = 1; i < PoseRing::kPoses; ++i) {
+        REQUIRE(ring->push({1060000 + 1000 * static_cast<std::int64_t>(i), 500.0, 0.0, 0.0}));
+    }
+    CHECK(match(*ring, 1059999) == PoseMatch::jumped);
+    REQUIRE(ring->push({9000000, 500.0, 0.0, 0.0}));
+    CHECK(match(*ring, 1059999) == PoseMatch::too_old);
+}
+
+// A ring that begins anew since time was set back has not jumped.
+TEST_CASE("a clock that was set back is no jump of the frame")
+{
+    PoseRing ring;
+    ring.begin_frame();
+    REQUIRE(ring.push({5000000, 1.0, 0.0, 0.0}));
+    for (std::int64_t i = 1; i <= PoseRing::kSetBack; ++i) {
+        ring.push({1000000 + i, 1.0, 0.0, 0.0});
+    }
+    CHECK(match(ring, 1000000 + PoseRing::kSetBack) == PoseMatch::found);
+    CHECK(match(ring, 0) == PoseMatch::too_old);
+}
+
 // Poses that are not finite, or not newer, change nothing; a sender whose clock was set back is
 // followed after kSetBack poses in order.
 TEST_CASE("the pose ring refuses bad poses and follows a clock that was set back")

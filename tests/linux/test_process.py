@@ -129,6 +129,9 @@ SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
      "numbers"),
     ({"sensors": SENSOR + "\nrange_min_m = 40"}, 5, "sensor[0].range_max_m: must be over "
      "range_min_m"),
+    ({"rest": '[jump]\nrule = "wipe"'}, 19, 'jump.rule: "wipe" is not one of none, keep, forget, '
+     "clear"),
+    ({"rest": "[jump]\nforget_m = 0"}, 19, "jump.forget_m: must be from 0.001 to 8000"),
     ({"intake": "step_ops = 5"}, 14, "intake.step_ops: must be a whole number from "),
     ({"publish": "map_hz = 0"}, 17, "publish.map_hz: must be from 0.01 to 1000"),
     ({"publish": "stale_s = [1]"}, 17, "publish.stale_s: must be a number"),
