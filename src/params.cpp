@@ -77,6 +77,9 @@ const char *problem_of_noise(const gpom_params_t &p)
     if (!is_within(p.sn2_free, noise_floor(p), kMost)) {
         return "sn2_free: must be at least 1e-3 sf2 for nn and se, else 1e-6 sf2, and at most 1e6";
     }
+    if (p.sn2_once != 0.0f && !is_within(p.sn2_once, p.sn2, kMost)) {
+        return "sn2_once: must be 0, or from sn2 to 1e6";
+    }
     if (!is_within(p.gap_m, 0.0f, kMost)) {
         return "gap_m: must be from 0 to 1e6";
     }

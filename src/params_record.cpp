@@ -11,7 +11,7 @@ namespace
 {
 
 constexpr uint32_t kMagic = 0x504d5047; // "GPMP" in the order of the bytes
-constexpr uint16_t kVersion = 2;        // 1 knew no fade_m
+constexpr uint16_t kVersion = 3;        // 1 knew no fade_m, 2 knew no sn2_once
 
 /// The float fields in the record's order, which never changes within a version.
 constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
@@ -32,15 +32,16 @@ constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
                                              &gpom_params_t::log_hit_last,
                                              &gpom_params_t::log_free_first,
                                              &gpom_params_t::log_free_last,
-                                             &gpom_params_t::fade_m};
+                                             &gpom_params_t::fade_m,
+                                             &gpom_params_t::sn2_once};
 constexpr uint16_t gpom_params_t::*kCounts[] = {&gpom_params_t::n_hits, &gpom_params_t::n_free,
                                                 &gpom_params_t::scan_points_max};
 
 // magic, version, kernel, frame, counts, floats, CRC
 constexpr size_t kHeadBytes = 4 + 2;
 constexpr size_t kFloatsAt = kHeadBytes + 1 + 1 + 2 * 3;
-static_assert(kFloatsAt + 4 * 19 + 4 == GPOM_PARAMS_RECORD_BYTES, "the header says another size");
-static_assert(sizeof kFloats / sizeof kFloats[0] == 19, "a field is missing");
+static_assert(kFloatsAt + 4 * 20 + 4 == GPOM_PARAMS_RECORD_BYTES, "the header says another size");
+static_assert(sizeof kFloats / sizeof kFloats[0] == 20, "a field is missing");
 
 const char *problem_of_record(const uint8_t *record, size_t record_bytes)
 {

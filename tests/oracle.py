@@ -50,6 +50,7 @@ class Params:
     log_free_first: float = 0.0
     log_free_last: float = 0.0
     fade_m: float = 0.0        # so far from the nearest chosen point the answer is the prior
+    sn2_once: float = 0.0      # of live maps alone: here every beam is kept
 
     def __post_init__(self):
         if math.isnan(self.sn2_free):

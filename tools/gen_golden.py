@@ -43,6 +43,7 @@ CHOICE = {  # neighbourhoods: few, default, and more than there are (all are tak
 NEUTRAL = {  # what a parameter file leaves out
     "depth_m": 0.0, "scan_points_max": 0, "anisotropy": 0.0, "vote": 0.0, "log_hit_first": 0.0,
     "log_hit_last": 0.0, "log_free_first": 0.0, "log_free_last": 0.0, "fade_m": 0.0,
+    "sn2_once": 0.0,
 }
 ADDITIONS = {  # each alone; cap leaves fewer than 8 points of either kind, cap_loose 8 hits
     "depth": {"depth_m": 1.5},

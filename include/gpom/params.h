@@ -76,6 +76,11 @@ typedef struct {
     float fade_m;             /**< What the neighbours say fades with the distance d [m] to the
                                    nearest of them by 1 - d^2 / fade_m^2: from here on the answer is
                                    the prior. 0.1 .. 1e6, 0: never; 0 in the map frame. */
+    float sn2_once;           /**< Live maps alone (keep_m > 0, live.h): noise variance of hits that
+                                   scans of one time alone saw [1], until a scan of another time
+                                   returns from within keep_m, and again once scans that saw through
+                                   the hit took its last count. sn2 .. 1e6, 0: as sn2. Set, not
+                                   learnt. */
 } gpom_params_t;
 
 /** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt ones are better. */
@@ -98,7 +103,7 @@ GPOM_API float gpom_params_prior_probability(const gpom_params_t *params);
 
 /** Bytes of a stored record of hyperparameters: magic, version, fields in little-endian order on
  *  every processor, CRC-32. */
-#define GPOM_PARAMS_RECORD_BYTES 94u
+#define GPOM_PARAMS_RECORD_BYTES 98u
 
 /** Write a record of GPOM_PARAMS_RECORD_BYTES, for a file or a flash page.
  *

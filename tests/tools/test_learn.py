@@ -135,7 +135,7 @@ def test_learning_twice_writes_the_same_bytes(run, csail):
 
 def test_the_record_is_whole(csail):
     record = (csail[0] / "learnt.bin").read_bytes()
-    assert len(record) == 94 and record[:6] == b"GPMP\x02\x00"
+    assert len(record) == 98 and record[:6] == b"GPMP\x03\x00"
     assert int.from_bytes(record[-4:], "little") == zlib.crc32(record[:-4])
 
 

@@ -132,6 +132,9 @@ TEST_CASE("each refused setting names its field")
                        p.frame = GPOM_FRAME_MAP;
                        p.fade_m = 20.0f;
                    }});
+    for (const float bad : {-1.0f, 2e6f, kInf, kNan}) {
+        check_refused({"sn2_once", any, [bad](gpom_params_t &p) { p.sn2_once = bad; }});
+    }
     for (const float bad : {-2e6f, kInf, kNan}) {
         check_refused({"vote", any, [bad](gpom_params_t &p) { p.vote = bad; }});
         check_refused({"log_hit_first", any, [bad](gpom_params_t &p) { p.log_hit_first = bad; }});
@@ -165,6 +168,20 @@ TEST_CASE("noise has a floor that depends on kernel and sf2")
                            set_sf2(q);
                            q.sn2_free = 0.99f * floor;
                        }});
+    }
+}
+
+// A hit seen once cannot be surer than one seen more often; 0 says that it is as sure.
+TEST_CASE("the noise of hits seen once is 0 or at least that of hits")
+{
+    for (const gpom_kernel_t which : kKernels) {
+        gpom_params_t p = params_of(which);
+        CHECK(p.sn2_once == 0.0f);
+        for (const float good : {p.sn2, 2.0f * p.sn2, 1e6f}) {
+            p.sn2_once = good;
+            CHECK(gpom_params_check(&p, nullptr) == GPOM_OK);
+        }
+        check_refused({"sn2_once", which, [](gpom_params_t &q) { q.sn2_once = 0.99f * q.sn2; }});
     }
 }
 

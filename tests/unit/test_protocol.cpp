@@ -100,6 +100,7 @@ TEST_CASE("the plain model keeps the paper's parameters and drops every addition
     params.depth_m = 0.3f;
     params.scan_points_max = 2;
     params.fade_m = 20.0f;
+    params.sn2_once = 0.5f;
     params.log_hit_first = params.log_free_last = 0.4f;
     const gpom_params_t plain = plain_params(params);
     CHECK(gpom_params_check(&plain, nullptr) == GPOM_OK);
@@ -111,4 +112,5 @@ TEST_CASE("the plain model keeps the paper's parameters and drops every addition
     CHECK(plain.depth_m == 0.0f);
     CHECK(plain.scan_points_max == 0);
     CHECK(plain.fade_m == 0.0f);
+    CHECK(plain.sn2_once == 0.0f);
 }

@@ -15,7 +15,8 @@ namespace gpom_tools
 constexpr double kLogDistanceMax = 30.0;
 constexpr double kLogDistanceMin = 0.02;
 
-/// gpom_params_t without rounding; the same names and neutral values.
+/// gpom_params_t without rounding; the same names and neutral values. Without sn2_once, which maps
+/// that keep every beam, as learning's do, would not feel.
 struct LearntParams {
     gpom_kernel_t kernel = GPOM_KERNEL_MATERN12;
     double sf2 = 1.0;
