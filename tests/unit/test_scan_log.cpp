@@ -216,6 +216,43 @@ TEST_CASE("CARMEN: times that go backwards or never advance give way to the inde
     }
 }
 
+// Scans of one time cannot confirm or clear what each other saw, so that too few digits of the time
+// would leave a live map without either.
+TEST_CASE("CARMEN: a log whose times have too few digits is numbered")
+{
+    const Folder folder;
+    std::string text;
+    for (int i = 0; i < 40; ++i) {
+        text += flaser(3, i < 20 ? "9.77055e+08" : "9.77056e+08");
+    }
+    const std::vector<Scan> scans = read_scans(folder.file("f", text), {});
+    REQUIRE(scans.size() == 40);
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+        CHECK(scans[i].t_s == static_cast<double>(i));
+    }
+}
+
+// Two lasers on one robot scan together, and the log may begin or end between them.
+TEST_CASE("CARMEN: pairs of scans at equal times keep them, wherever the log was cut")
+{
+    const Folder folder;
+    for (const int first : {0, 1}) {
+        for (const int end : {19, 20}) {
+            std::string text;
+            std::vector<double> times;
+            for (int i = first; i < end; ++i) {
+                times.push_back(7.5 + i / 2);
+                text += flaser(3, std::to_string(times.back()));
+            }
+            const std::vector<Scan> scans = read_scans(folder.file("f", text), {});
+            REQUIRE(scans.size() == times.size());
+            for (std::size_t i = 0; i < scans.size(); ++i) {
+                CHECK(scans[i].t_s == times[i]);
+            }
+        }
+    }
+}
+
 TEST_CASE("each kind of broken scan file is refused with its line")
 {
     const Folder folder;

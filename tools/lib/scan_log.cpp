@@ -82,13 +82,23 @@ bool looks_like_carmen(std::string_view line)
                std::string_view::npos;
 }
 
+/// Times can be told apart if they never go backwards and are half as many as the scans, as of two
+/// lasers that scan together, or more. A few digits of the seconds since 1970 are fewer.
+bool are_times_sound(const std::vector<Scan> &scans)
+{
+    std::size_t n_times = 1;
+    for (std::size_t i = 1; i < scans.size(); ++i) {
+        if (scans[i].t_s < scans[i - 1].t_s) {
+            return false;
+        }
+        n_times += scans[i].t_s > scans[i - 1].t_s ? 1u : 0u;
+    }
+    return n_times > 1 && 2 * n_times >= scans.size();
+}
+
 void mend_times(std::vector<Scan> &scans)
 {
-    bool backwards = false;
-    for (std::size_t i = 1; i < scans.size(); ++i) {
-        backwards = backwards || scans[i].t_s < scans[i - 1].t_s;
-    }
-    if (!backwards && scans.back().t_s > scans.front().t_s) {
+    if (are_times_sound(scans)) {
         return;
     }
     for (std::size_t i = 0; i < scans.size(); ++i) {

@@ -36,8 +36,9 @@ struct ReadOptions {
 ///           `#` comments and blank lines are skipped.
 ///   CARMEN  lines `FLASER n r0 .. r(n-1) x y theta odom_x odom_y odom_theta time host log_time`,
 ///           others skipped. The first beam is at -90 degrees; the step is 1 degree for n <= 181,
-///           0.5 degree above. If times go backwards anywhere, or never advance, every scan's time
-///           is its index instead.
+///           0.5 degree above. If times go backwards anywhere, never advance, or are fewer than
+///           half as many as the scans (a logger that wrote too few digits; two lasers that scan
+///           together keep theirs), every scan's time is its index instead [s].
 /// Throws FileError at the first thing wrong; zero and negative ranges are not wrong here.
 std::vector<Scan> read_scans(const std::string &path, const ReadOptions &options);
 
