@@ -10,6 +10,14 @@
 namespace gpom
 {
 
+/// What is known of a beam's hit. Queries see the last two.
+enum HitState : uint16_t {
+    kNoHit,       ///< None, or no longer.
+    kProvisional, ///< It is against what was known, and nobody confirmed it yet.
+    kPast,        ///< Scans of several times saw through it: something may stand there, no more.
+    kStanding
+};
+
 /// One kept beam, relative to the map's origin. 36 bytes.
 ///
 /// The last two bytes count witnesses (keep.hpp). A part that was contradicted too often is gone
@@ -20,12 +28,11 @@ struct Beam {
     float range_m;      ///< Raw range, or the usable maximum if there was no return.
     float excess;      ///< w = 1 / rho^2 - 1 >= 0: how much its noise is raised (scan.h); 0: known.
     uint32_t id;       ///< Order of insertion since the map was empty.
-    uint32_t stamp_ms; ///< Time of its scan, since the map's first.
+    uint32_t stamp_ms; ///< Time of its scan, or since when its hit is past; since the map's first.
     uint16_t scan;     ///< Number of its scan, modulo 2^16.
     uint16_t returned : 1;    ///< range_m ends at a surface: a gap is left before it.
-    uint16_t has_hit : 1;     ///< Its hit is known.
+    uint16_t hit : 2;         ///< HitState.
     uint16_t has_free : 1;    ///< Its free segment is known.
-    uint16_t provisional : 1; ///< Its hit is against what was known; queries do not see it yet.
     uint16_t agreed : 4;      ///< Count of scans that saw its hit again, less those against it.
     uint16_t hit_against : 2; ///< Scans in a row that saw through its hit, at most 3.
     uint16_t arrived : 1;     ///< It hit where free segments of earlier scans ran.
@@ -33,6 +40,10 @@ struct Beam {
                               ///< scans of one time count once.
 };
 static_assert(sizeof(Beam) == 36, "GPOM_MAP_BYTES counts on it");
+
+inline bool has_hit(const Beam &beam) { return beam.hit != kNoHit; }
+inline bool is_provisional(const Beam &beam) { return beam.hit == kProvisional; }
+inline bool is_past(const Beam &beam) { return beam.hit == kPast; }
 
 constexpr uint32_t kAgreedMax = 15;
 constexpr uint32_t kTimeMarkBits = 5;
@@ -65,8 +76,8 @@ struct HitPart {
                 beam.dir_x, beam.dir_y, depth_m};
     }
 
-    static bool is_in(const Beam &beam) { return beam.has_hit != 0; }
-    static bool is_seen(const Beam &beam) { return beam.has_hit != 0 && beam.provisional == 0; }
+    static bool is_in(const Beam &beam) { return has_hit(beam); }
+    static bool is_seen(const Beam &beam) { return beam.hit >= kPast; }
 };
 
 /// The free part of a beam. The gap before the hit is left to the Gaussian process (paper, III.E);

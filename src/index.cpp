@@ -20,7 +20,7 @@ void vanish(Index &index, uint32_t slot)
 {
     Beam &beam = index.beams[slot];
     ++index.n_vanished;
-    if (beam.has_hit == 0 && beam.has_free == 0) {
+    if (!has_hit(beam) && beam.has_free == 0) {
         beam.stamp_ms = index.first_free;
         index.first_free = slot;
         --index.n_beams;
@@ -156,7 +156,7 @@ void remember(Index &index, uint32_t slot)
         block.free = empty_box();
     }
     block.slots[beam.id % kRecentBlock] = slot;
-    if (beam.has_hit != 0) {
+    if (has_hit(beam)) {
         include(block.hits, index.hit_part(beam));
     }
     if (beam.has_free != 0) {
@@ -183,8 +183,8 @@ uint32_t insert(Index &index, const Beam &beam)
 
 void remove_hit(Index &index, uint32_t slot)
 {
-    GPOM_ASSERT(index.beams[slot].has_hit != 0);
-    index.beams[slot].has_hit = 0;
+    GPOM_ASSERT(has_hit(index.beams[slot]));
+    index.beams[slot].hit = kNoHit;
     vanish(index, slot);
 }
 
@@ -197,7 +197,7 @@ void remove_free(Index &index, uint32_t slot)
 
 void remove_beam(Index &index, uint32_t slot)
 {
-    index.beams[slot].has_hit = 0;
+    index.beams[slot].hit = kNoHit;
     index.beams[slot].has_free = 0;
     vanish(index, slot);
 }

@@ -37,31 +37,63 @@ float distance2(const Point &a, const Point &b)
     return dx_m * dx_m + dy_m * dy_m;
 }
 
+float square(float x) { return x * x; }
+
+/// True if a hit is past since before now.
+bool was_past(const gpom_map &map, const Beam &beam)
+{
+    const Keeper &now = map.keeper;
+    return is_past(beam) && !(beam.hit_time == now.time_mark && beam.stamp_ms == now.stamp_ms);
+}
+
 /// The two nearest kept hits of a place, within a distance: fewer have id kNoId.
 struct NearHits {
     Found<float> best[2];
 };
 
-/// Once one is nearer than `enough2`, others are not looked for.
-NearHits near_hits(gpom_map &map, const Point &at, float within2_m2, float enough2_m2)
+/// What near_hits() looks for.
+struct HitsAbout {
+    Point at;
+    float within2_m2;
+    float enough2_m2; ///< Once one is nearer, others are not looked for.
+    bool past;        ///< Hits that were past before now; else those that are not.
+};
+
+NearHits near_hits(const gpom_map &map, Subtree *stack, const HitsAbout &wanted)
 {
-    NearHits near = {{{within2_m2, kNoId, -1}, {within2_m2, kNoId, -1}}};
+    NearHits near = {{{wanted.within2_m2, kNoId, -1}, {wanted.within2_m2, kNoId, -1}}};
     NearestK<float> nearest = {near.best, 2, 2};
+    const Offset<float> at = {wanted.at.x_m, wanted.at.y_m};
     const Index &index = map.index;
     walk(
-        index, index.hit_part, map.keeper.hit_stack,
+        index, index.hit_part, stack,
         [&](const Box &box) {
             return box_distance2(box, at.x_m, at.y_m) <= box_reach2(nearest.worst());
         },
         [&](uint32_t slot) {
-            const Listed listed = {index.beams, slot, {0, index.next_id}};
-            offer_beam(nearest, Offset<float>{at.x_m, at.y_m}, index.hit_part, listed);
-            return !(near.best[0].d2 < enough2_m2);
+            const Beam &beam = index.beams[slot];
+            if (wanted.past ? was_past(map, beam) : !is_past(beam)) {
+                offer_beam(nearest, at, index.hit_part, {index.beams, slot, {0, index.next_id}});
+            }
+            return !(near.best[0].d2 < wanted.enough2_m2);
         });
     return near;
 }
 
-float square(float x) { return x * x; }
+/// The two nearest hits that are not past.
+NearHits near_hits(gpom_map &map, const Point &at, float within2_m2, float enough2_m2)
+{
+    return near_hits(map, map.keeper.hit_stack, {at, within2_m2, enough2_m2, false});
+}
+
+/// True if a hit that was past before now is nearer to a place than keep_m. Also while hits are
+/// walked: as in what order must not matter, those that are past since now do not count.
+bool is_near_past(gpom_map &map, const Point &at)
+{
+    const float keep2_m2 = square(map.config.keep_m);
+    const NearHits near = near_hits(map, map.keeper.free_stack, {at, keep2_m2, keep2_m2, true});
+    return near.best[0].d2 < keep2_m2;
+}
 
 /// What gaps are compared with, also where every beam is kept.
 float spacing_of(const gpom_map &map)
@@ -73,12 +105,12 @@ float spacing_of(const gpom_map &map)
 float alone2_of(const gpom_map &map) { return square(kAloneGap * spacing_of(map)); }
 
 /// What a beam is worth: the squared gap between its hit and the nearest kept one of another beam
-/// than `own_id`, at most `most2_m2` and at most as with a gap of kWorthGap. One without hit is
-/// worth as much as a hit that stands alone.
+/// than `own_id`, at most `most2_m2` and at most as with a gap of kWorthGap. A past hit is worth
+/// nothing; a free segment without a hit that stands as much as a hit that stands alone.
 float worth_of(gpom_map &map, const Beam &beam, uint32_t own_id, float most2_m2)
 {
-    if (beam.has_hit == 0) {
-        return alone2_of(map);
+    if (!has_hit(beam) || is_past(beam)) {
+        return beam.has_free != 0 ? alone2_of(map) : 0.0f;
     }
     const float within2_m2 = lane::min(most2_m2, square(kWorthGap * spacing_of(map)));
     const NearHits near = near_hits(map, end_of(beam), within2_m2, 0.0f);
@@ -122,7 +154,7 @@ Candidate next_candidate(gpom_map &map, float most)
     const uint32_t slot = map.keeper.hand;
     map.keeper.hand = slot + 1 == map.index.n_slots ? 0 : slot + 1;
     const Beam &beam = map.index.beams[slot];
-    if (beam.provisional != 0) {
+    if (is_provisional(beam)) {
         return {slot, 0.0f, 0.0f};
     }
     const float divisor = discount_of(map, beam).divisor();
@@ -140,9 +172,12 @@ void count_eviction(gpom_map &map, const Candidate &evicted)
     const float divisor = discount.divisor();
     const float most = lane::max(discount.against, lane::max(discount.far, discount.old));
     const float worth_alone = lane::max(evicted.worth, alone2_of(map));
+    const bool is_only_past = is_past(beam) && beam.has_free == 0;
     uint64_t *cause = &stats.beams_evicted_contradicted;
-    if (beam.provisional != 0) {
+    if (is_provisional(beam)) {
         cause = &stats.beams_not_confirmed;
+    } else if (is_only_past) {
+        // what it knew was contradicted
     } else if (worth_alone * (divisor - most) >= evicted.worth * divisor) {
         cause = &stats.beams_evicted_redundant;
     } else if (most == discount.far) {
@@ -178,7 +213,7 @@ void enter_provisional(gpom_map &map, uint32_t slot)
     Waiting &entry = keeper.provisional[keeper.n_provisional % keeper.provisional_max];
     if (keeper.n_provisional >= keeper.provisional_max) {
         const Beam &oldest = map.index.beams[entry.slot];
-        if (oldest.id == entry.id && oldest.has_hit != 0 && oldest.provisional != 0) {
+        if (oldest.id == entry.id && is_provisional(oldest)) {
             drop_beam(map, entry.slot);
             ++map.stats.beams_not_confirmed;
         }
@@ -208,7 +243,8 @@ void mark_arrival(gpom_map &map, Beam &beam, const NearHits &near)
     const Point at = end_of(beam);
     if (stands_apart(map, near) && is_known_free(map, at, kClear)) {
         beam.arrived = 1;
-        beam.provisional = near.best[0].id == kNoId && is_known_free(map, at, kPass) ? 1 : 0;
+        const bool is_alone = near.best[0].id == kNoId;
+        beam.hit = is_alone && is_known_free(map, at, kPass) ? kProvisional : kStanding;
     }
 }
 
@@ -254,7 +290,7 @@ void keep(gpom_map &map, const Beam &beam, float gap2_m2)
     }
     const uint32_t slot = insert(map.index, beam);
     mark_beam(map, beam);
-    if (beam.provisional != 0) {
+    if (is_provisional(beam)) {
         enter_provisional(map, slot);
     }
     ++(beam.returned != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
@@ -268,7 +304,7 @@ bool renew(gpom_map &map, Beam &beam, uint32_t slot)
         return false;
     }
     const Beam &old = map.index.beams[slot];
-    if (old.has_hit == 0 || old.has_free != 0) { // another one renewed it, or cleared it
+    if (!has_hit(old) || old.has_free != 0) { // another one renewed it, or cleared it
         return false;
     }
     beam.agreed = old.agreed;
@@ -319,10 +355,30 @@ void mark_beam(gpom_map &map, const Beam &beam)
     lowres_mark_segment(map.lowres, {beam.x_m, beam.y_m}, end_of(whole), map.lowres.reach_m);
 }
 
+void mark_hit(gpom_map &map, const Beam &beam)
+{
+    const Segment part = map.index.hit_part(beam);
+    lowres_mark_segment(map.lowres, end_of(beam), end_of(part), map.lowres.reach_m);
+}
+
 void drop_hit(gpom_map &map, uint32_t slot)
 {
     mark_beam(map, map.index.beams[slot]);
     remove_hit(map.index, slot);
+}
+
+void retire_hit(gpom_map &map, uint32_t slot)
+{
+    Beam &beam = map.index.beams[slot];
+    if (is_near_past(map, end_of(beam))) {
+        drop_hit(map, slot);
+        return;
+    }
+    mark_hit(map, beam);
+    beam.hit = kPast;
+    beam.stamp_ms = map.keeper.stamp_ms;
+    beam.agreed = 0;
+    beam.hit_against = 0;
 }
 
 void drop_free(gpom_map &map, uint32_t slot)

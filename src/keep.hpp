@@ -52,7 +52,7 @@ struct Keeper {
     int64_t stamp_us;       ///< Of the newest scan.
     uint32_t stamp_ms;      ///< The same, since the map's first.
     Subtree hit_stack[kDepthMax];
-    Subtree free_stack[kDepthMax]; ///< A walk over hits starts others over free segments.
+    Subtree free_stack[kDepthMax]; ///< For a walk that one over hits starts.
 };
 
 /// Provisional beams that a map of beam_max beams holds at most.
@@ -73,7 +73,12 @@ void drop_beam(gpom_map &map, uint32_t slot);
 /// Take all beams away, and with them those that wait; the low-resolution map is not told.
 void drop_all(gpom_map &map);
 
-/// Tell the low-resolution map that a beam came, goes or counts anew.
+/// A hit that scans of several times, the last just now, saw through is past, or goes if another
+/// past one is nearer than keep_m: that something may stand there is said once.
+void retire_hit(gpom_map &map, uint32_t slot);
+
+/// Tell the low-resolution map that a beam came, goes or counts anew, or its hit alone.
 void mark_beam(gpom_map &map, const Beam &beam);
+void mark_hit(gpom_map &map, const Beam &beam);
 
 } // namespace gpom

@@ -42,7 +42,7 @@ void cut_end(gpom_map &map, uint32_t slot, float enter_m)
     mark_beam(map, beam);
     beam.range_m = enter_m;
     beam.returned = 0;
-    if (beam.has_hit != 0) {
+    if (has_hit(beam)) {
         remove_hit(map.index, slot);
     }
 }
@@ -67,7 +67,7 @@ void forget_in_disc(gpom_map &map, uint32_t slot, const Point &centre, float rad
         return;
     }
     const bool ends_behind = inside.leave_m < beam.range_m;
-    if (!ends_behind || beam.has_hit == 0) {
+    if (!ends_behind || !has_hit(beam)) {
         cut_end(map, slot, inside.enter_m);
     } else if (beam.has_free != 0) {
         cut_start(map, slot, inside.leave_m);
@@ -93,7 +93,7 @@ void forget_disc(gpom_map &map, const gpom_disc_t &disc)
     const auto radius_m = static_cast<float>(disc.radius_m);
     const uint32_t n_before = map.index.n_beams;
     for (uint32_t slot = 0; slot < map.index.n_slots; ++slot) {
-        if (map.index.beams[slot].has_hit != 0 || map.index.beams[slot].has_free != 0) {
+        if (has_hit(map.index.beams[slot]) || map.index.beams[slot].has_free != 0) {
             forget_in_disc(map, slot, centre, radius_m);
         }
     }
@@ -123,7 +123,7 @@ void drop_out_of_reach(gpom_map &map)
     constexpr auto reach_m = static_cast<float>(GPOM_REACH_M);
     for (uint32_t slot = 0; slot < map.index.n_slots; ++slot) {
         const Beam &beam = map.index.beams[slot];
-        const bool is_kept = beam.has_hit != 0 || beam.has_free != 0;
+        const bool is_kept = has_hit(beam) || beam.has_free != 0;
         if (is_kept && beam.x_m * beam.x_m + beam.y_m * beam.y_m > reach_m * reach_m) {
             remove_beam(map.index, slot);
         }

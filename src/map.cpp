@@ -84,6 +84,15 @@ void carve_arrays(gpom_map &map, const gpom::MapLayout &layout)
     map.keeper.provisional_max = gpom::provisional_capacity(map.config.beam_max);
 }
 
+/// Which hits were confirmed is known only where repeated returns are not kept themselves.
+gpom::Noise noise_in(const gpom_config_t &config, float prior_variance)
+{
+    const gpom_params_t &params = config.params;
+    const bool has_once = config.keep_m > 0.0f && params.sn2_once > 0.0f;
+    return {params.sn2, has_once ? params.sn2_once : params.sn2,
+            gpom::raised(params.sn2, prior_variance, gpom::kPastExcess), params.sn2_free};
+}
+
 } // namespace
 
 size_t gpom_map_bytes(const gpom_config_t *config)
@@ -116,6 +125,7 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     made.kernel = gpom::kernel_constants(config->params);
     made.prior_variance = gpom_params_prior_variance(&config->params);
     made.prior_probability = gpom_params_prior_probability(&config->params);
+    made.noise = noise_in(*config, made.prior_variance);
     made.dense_max = GPOM_POINTS_MAX;
     carve_arrays(made, layout);
     made.index.hit_part = {config->params.depth_m};
@@ -181,7 +191,6 @@ gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot, gpom_beam_t 
         return GPOM_ERR_ARG;
     }
     const gpom::Beam &kept = map->index.beams[i_slot];
-    const gpom_params_t &params = map->config.params;
     *beam = gpom_beam_t{};
     beam->x_m = map->config.origin_x_m + static_cast<double>(kept.x_m);
     beam->y_m = map->config.origin_y_m + static_cast<double>(kept.y_m);
@@ -189,13 +198,14 @@ gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot, gpom_beam_t 
     beam->dir_x = kept.dir_x;
     beam->dir_y = kept.dir_y;
     beam->range_m = kept.range_m;
-    beam->hit_noise = gpom::noise_of(params.sn2, map->prior_variance, kept.excess);
-    beam->free_noise = gpom::noise_of(params.sn2_free, map->prior_variance, kept.excess);
+    beam->hit_noise = gpom::noise_of(*map, kept, map->index.hit_part);
+    beam->free_noise = gpom::noise_of(*map, kept, map->index.free_part);
     beam->id = kept.id;
-    beam->is_hit = kept.has_hit != 0 ? 1 : 0;
+    beam->is_hit = has_hit(kept) ? 1 : 0;
     beam->is_free = kept.has_free != 0 ? 1 : 0;
     beam->returned = kept.returned != 0 ? 1 : 0;
-    beam->provisional = kept.provisional != 0 ? 1 : 0;
+    beam->provisional = is_provisional(kept) ? 1 : 0;
+    beam->past = is_past(kept) ? 1 : 0;
     beam->n_agreed = static_cast<uint8_t>(kept.agreed);
     return GPOM_OK;
 }

@@ -10,6 +10,7 @@
 #include "src/keep.hpp"
 #include "src/kernel.hpp"
 #include "src/lowres.hpp"
+#include "src/noise.hpp"
 
 /// Opaque to users (gpom_map_t).
 struct gpom_map {
@@ -17,6 +18,7 @@ struct gpom_map {
     gpom_config_t config;
     gpom_stats_t stats;
     gpom::KernelConstants kernel;
+    gpom::Noise noise;
     float prior_variance;    ///< k(x*, x*), at the origin in the map frame.
     float prior_probability; ///< p far from all beams.
     uint32_t dense_max;      ///< Neighbourhoods of more points are solved sparse.
@@ -66,10 +68,10 @@ static_assert(leaf_count(GPOM_BEAM_MAX) <= (1u << (kDepthMax - 2)),
 
 inline bool is_map(const gpom_map *map) { return map != nullptr && map->magic == kMapMagic; }
 
-/// Noise variance of a beam's point from its label's `sn2` and the beam's excess (scan.h).
-template <class F> inline F noise_of(float sn2, float prior_variance, F excess)
+/// Noise variance of a part's points (noise.hpp).
+template <class Part> float noise_of(const gpom_map &map, const Beam &beam, const Part &part)
 {
-    return sn2 + excess * (sn2 + prior_variance);
+    return raised(sn2_of(map.noise, beam, part), map.prior_variance, beam.excess);
 }
 
 } // namespace gpom

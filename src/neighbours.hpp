@@ -42,32 +42,33 @@ inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, uint32_t n)
     }
 }
 
-/// One chosen neighbour of each lane: the point from its query, and its beam. A lane without one
-/// has zeros.
+/// One chosen neighbour of each lane: the point from its query, its beam's direction and its noise
+/// variance. A lane without one has zeros, and kAbsentNoise.
 struct Gathered {
     Offset<F> point;
-    F dir_x, dir_y, excess;
+    F dir_x, dir_y, noise;
 };
 
 /// Where queries near each other share their neighbours: each different beam is looked at once, for
 /// all lanes, and kept where it was chosen. n_beams: how many there were.
 template <class Part>
-Gathered gather_shared(const Beam *beams, const Offset<F> &at, const Part &part, I slots,
+Gathered gather_shared(const gpom_map &map, const Offset<F> &at, const Part &part, I slots,
                        uint32_t &n_beams)
 {
     const F zero = lane::splat<F>(0.0f);
-    Gathered all = {{zero, zero}, zero, zero, zero};
+    Gathered all = {{zero, zero}, zero, zero, lane::splat<F>(kAbsentNoise)};
     n_beams = 0;
     for (uint32_t left = lane::bits_of_mask(slots >= 0); left != 0; ++n_beams) {
         const int32_t slot = lane::get(slots, __builtin_ctz(left));
         const auto is_here = slots == lane::splat_int<I>(slot);
-        const SegmentLanes<F> own = splat<F>(part(beams[slot]));
+        const Beam &beam = map.index.beams[slot];
+        const SegmentLanes<F> own = splat<F>(part(beam));
         const Offset<F> point = to_segment(at, own);
         all.point.x_m = lane::select(is_here, point.x_m, all.point.x_m);
         all.point.y_m = lane::select(is_here, point.y_m, all.point.y_m);
         all.dir_x = lane::select(is_here, own.dir_x, all.dir_x);
         all.dir_y = lane::select(is_here, own.dir_y, all.dir_y);
-        all.excess = lane::select(is_here, lane::splat<F>(beams[slot].excess), all.excess);
+        all.noise = lane::select(is_here, lane::splat<F>(noise_of(map, beam, part)), all.noise);
         left &= ~lane::bits_of_mask(is_here);
     }
     return all;
@@ -75,29 +76,29 @@ Gathered gather_shared(const Beam *beams, const Offset<F> &at, const Part &part,
 
 /// The same lane by lane: faster where most lanes have a beam of their own.
 template <class Part>
-Gathered gather_each(const Beam *beams, const Offset<F> &at, const Part &part, I slots)
+Gathered gather_each(const gpom_map &map, const Offset<F> &at, const Part &part, I slots)
 {
     SegmentLanes<F> own = {};
-    F excess = lane::splat<F>(0.0f);
+    F noise = lane::splat<F>(kAbsentNoise);
     for (int i = 0; i < kLanes; ++i) {
         const int32_t slot = lane::get(slots, i);
         Segment segment = {lane::get(at.x_m, i), lane::get(at.y_m, i), 0.0f, 0.0f, 0.0f};
         if (slot >= 0) {
-            segment = part(beams[slot]);
-            lane::set(excess, i, beams[slot].excess);
+            const Beam &beam = map.index.beams[slot];
+            segment = part(beam);
+            lane::set(noise, i, noise_of(map, beam, part));
         }
         set_segment(own, i, segment);
     }
-    return {to_segment(at, own), own.dir_x, own.dir_y, excess};
+    return {to_segment(at, own), own.dir_x, own.dir_y, noise};
 }
 
 /// More different beams than this are gathered lane by lane.
 constexpr uint32_t kSharedMax = kLanes == 1 ? 1 : static_cast<uint32_t>(kLanes) * 3 / 8;
 
-/// Where the neighbours of a kind go in the neighbourhood, and the noise variance of a known one.
+/// Where the neighbours of a kind go in the neighbourhood.
 struct GatherTo {
     size_t first, n;
-    float sn2;
 };
 
 /// Bring the chosen neighbours into the neighbourhood: each lane's own beams as points relative to
@@ -108,20 +109,16 @@ F gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const
 {
     const Offset<F> at = work.packet->at;
     const Neighbourhood<F> points = work.points;
-    const float prior_variance = map.prior_variance;
     const bool has_vote = map.config.params.vote != 0.0f;
-    const Beam *const beams = map.index.beams;
     F facing_sum = lane::splat<F>(0.0f);
     uint32_t n_beams = 0; // of the rank before
     for (size_t j = 0; j < to.n; ++j) {
         const I slots = nearest.best[j].slot;
-        const Gathered own = n_beams <= kSharedMax ? gather_shared(beams, at, part, slots, n_beams)
-                                                   : gather_each(beams, at, part, slots);
-        const F own_noise = noise_of(to.sn2, prior_variance, own.excess);
+        const Gathered own = n_beams <= kSharedMax ? gather_shared(map, at, part, slots, n_beams)
+                                                   : gather_each(map, at, part, slots);
         points.x_m[to.first + j] = own.point.x_m;
         points.y_m[to.first + j] = own.point.y_m;
-        points.noise[to.first + j] =
-            lane::select(slots >= 0, own_noise, lane::splat<F>(kAbsentNoise));
+        points.noise[to.first + j] = own.noise;
         if (has_vote) {
             facing_sum = facing_sum + facing(own.point.x_m, own.point.y_m, own.dir_x, own.dir_y);
         }
@@ -247,9 +244,8 @@ inline F find_neighbours(const gpom_map &map, Workspace &work)
         cap_scans(map, work.free, params.n_free);
     }
     const Neighbourhood<F> &p = work.points;
-    const F facing_sum =
-        gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits, params.sn2});
-    gather(map, work, work.free, map.index.free_part, {p.n_hits, p.n_free, params.sn2_free});
+    const F facing_sum = gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits});
+    gather(map, work, work.free, map.index.free_part, {p.n_hits, p.n_free});
     const F offset = context_offset(params, work, facing_sum);
     if (params.anisotropy > 0.0f) {
         shrink_along_hits(p, params.anisotropy);

@@ -234,7 +234,7 @@ Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, dou
     beam.dir_x = direction.x;
     beam.dir_y = direction.y;
     beam.returned = range_m < context.sensor.range_max_m ? 1u : 0u;
-    beam.has_hit = beam.returned;
+    beam.hit = beam.returned != 0 ? gpom::kStanding : gpom::kNoHit;
     beam.has_free = 1;
     beam.range_m = beam.returned != 0 ? range_m : context.sensor.range_max_m;
     return beam;

@@ -213,7 +213,7 @@ void fill_beams(State &s, BlockHead &head)
     const uint32_t first = s.i_block * kBlockBeams;
     for (uint32_t slot = first; slot < first + kBlockBeams && slot < s.n_slots; ++slot) {
         const Beam &beam = index.beams[slot];
-        if (beam.has_hit != 0 || beam.has_free != 0) {
+        if (has_hit(beam) || beam.has_free != 0) {
             gpom::put_beam(to, beam);
             ++head.n_beams;
         }
@@ -357,7 +357,7 @@ void reset_some_recent(State &s, Index &index)
 void drop(State &s, Index &index, uint32_t slot)
 {
     Beam &beam = index.beams[slot];
-    beam.has_hit = 0;
+    beam.hit = gpom::kNoHit;
     beam.has_free = 0;
     beam.stamp_ms = s.first_free;
     s.first_free = slot;
@@ -370,7 +370,7 @@ void list(State &s, gpom_map_t &map, uint32_t slot)
     Index &index = map.index;
     const Beam &beam = index.beams[slot];
     gpom::remember(index, slot);
-    if (beam.has_hit != 0 && beam.provisional != 0) {
+    if (is_provisional(beam)) {
         gpom::Waiting &entry = map.keeper.provisional[s.n_provisional % map.keeper.provisional_max];
         if (s.n_provisional >= map.keeper.provisional_max) {
             drop(s, index, entry.slot);

@@ -16,17 +16,16 @@ constexpr auto kFormat = static_cast<uint16_t>(GPOM_MAP_FORMAT);
 /// The fields of Beam that are bits, low bit first in this order.
 uint16_t bits_of_beam(const Beam &beam)
 {
-    return static_cast<uint16_t>(beam.returned | beam.has_hit << 1 | beam.has_free << 2 |
-                                 beam.provisional << 3 | beam.agreed << 4 | beam.hit_against << 8 |
-                                 beam.arrived << 10 | beam.hit_time << 11);
+    return static_cast<uint16_t>(beam.returned | beam.hit << 1 | beam.has_free << 3 |
+                                 beam.agreed << 4 | beam.hit_against << 8 | beam.arrived << 10 |
+                                 beam.hit_time << 11);
 }
 
 void set_bits(Beam &beam, uint32_t bits)
 {
     beam.returned = bits & 1u;
-    beam.has_hit = bits >> 1 & 1u;
-    beam.has_free = bits >> 2 & 1u;
-    beam.provisional = bits >> 3 & 1u;
+    beam.hit = bits >> 1 & 3u;
+    beam.has_free = bits >> 3 & 1u;
     beam.agreed = bits >> 4 & 15u;
     beam.hit_against = bits >> 8 & 3u;
     beam.arrived = bits >> 10 & 1u;
@@ -86,8 +85,8 @@ bool is_beam(const Beam &beam)
                         length2 <= 1.0f + 1e-5f && beam.range_m > 0.0f &&
                         beam.range_m <= static_cast<float>(GPOM_REACH_M);
     const bool is_noise = beam.excess >= 0.0f && beam.excess <= kExcessMax;
-    const bool has_part = beam.has_hit != 0 || beam.has_free != 0;
-    const bool hit_returned = beam.has_hit == 0 || beam.returned != 0;
+    const bool has_part = has_hit(beam) || beam.has_free != 0;
+    const bool hit_returned = !has_hit(beam) || beam.returned != 0;
     return is_ray && is_noise && has_part && hit_returned && beam.id < kIdEnd;
 }
 

@@ -185,6 +185,16 @@ Witnesses witnesses_of(const Trial &trial, const Beam &beam)
     return {all.ends & group.returned, all.ends_in & group.returned, all.beside & group.sure};
 }
 
+/// Set a hit's count, and tell the low-resolution map if that changes its noise.
+void set_agreed(gpom_map &map, Beam &beam, uint32_t agreed)
+{
+    const float sn2 = sn2_of(map.noise, beam, map.index.hit_part);
+    beam.agreed = agreed & kAgreedMax;
+    if (sn2_of(map.noise, beam, map.index.hit_part) != sn2) {
+        mark_hit(map, beam);
+    }
+}
+
 /// A scan saw the hit again: one count more if at another time, and whoever saw through it erred.
 /// One that is provisional goes on waiting if the time is its own. One that arrived takes the place
 /// from the free segments when it ceases to be provisional, and again with its last count needed.
@@ -192,14 +202,14 @@ void confirm(gpom_map &map, Beam &beam)
 {
     const uint16_t time = map.keeper.time_mark;
     const bool is_own_time = beam.stamp_ms == map.keeper.stamp_ms && beam.hit_time == time;
-    const bool was_provisional = beam.provisional != 0;
+    const bool was_provisional = is_provisional(beam);
     if (was_provisional && is_own_time) {
         return;
     }
     const bool is_counted = !was_provisional && beam.agreed < kAgreedMax &&
                             !(beam.hit_against == 0 && beam.hit_time == time);
-    beam.agreed = (beam.agreed + (is_counted ? 1u : 0u)) & kAgreedMax;
-    beam.provisional = 0;
+    set_agreed(map, beam, beam.agreed + (is_counted ? 1u : 0u));
+    beam.hit = kStanding;
     beam.hit_against = 0;
     beam.hit_time = time & kTimeMarkMask;
     if (was_provisional) {
@@ -231,7 +241,7 @@ void offer_renewal(gpom_map &map, uint32_t ends, uint32_t slot)
 bool contradict(gpom_map &map, uint32_t slot)
 {
     Beam &beam = map.index.beams[slot];
-    if (beam.provisional != 0) {
+    if (is_provisional(beam)) {
         drop_beam(map, slot);
         ++map.stats.beams_not_confirmed;
         return true;
@@ -243,11 +253,11 @@ bool contradict(gpom_map &map, uint32_t slot)
     const uint32_t in_row = beam.hit_against;
     const uint32_t counts = 1u << in_row;
     if (beam.agreed < counts && in_row + 1u >= map.config.clear_scans) {
-        drop_hit(map, slot);
+        retire_hit(map, slot);
         ++map.stats.hits_cleared;
         return true;
     }
-    beam.agreed = (beam.agreed > counts ? beam.agreed - counts : 0u) & kAgreedMax;
+    set_agreed(map, beam, beam.agreed > counts ? beam.agreed - counts : 0u);
     beam.hit_against = (in_row < 3 ? in_row + 1u : 3u) & 3u;
     return false;
 }
@@ -304,7 +314,7 @@ void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
         offer_renewal(map, witnesses.ends, slot);
         return;
     }
-    const bool was_provisional = beam.provisional != 0;
+    const bool was_provisional = is_provisional(beam);
     const uint32_t through = passes != 0 || was_provisional
                                  ? passes
                                  : pair_around(trial, witnesses.beside, end_of(beam));
@@ -326,7 +336,7 @@ void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
     if (beam.id < map.keeper.scan_first_id) {
         judge_hit(trial, slot, witnesses);
     }
-    map.keeper.group.known |= witnesses.ends | (HitPart::is_seen(beam) ? witnesses.ends_in : 0u);
+    map.keeper.group.known |= witnesses.ends | (beam.hit == kStanding ? witnesses.ends_in : 0u);
 }
 
 Box box_around(const Group &group, float reach_m)
@@ -370,7 +380,8 @@ void judge(gpom_map &map)
         map.index, map.index.hit_part, map.keeper.hit_stack,
         [&](const Box &box) { return may_matter(trial, box); },
         [&](uint32_t slot) {
-            if (may_matter(trial, end_of(map.index.beams[slot]))) {
+            const Beam &beam = map.index.beams[slot];
+            if (!is_past(beam) && may_matter(trial, end_of(beam))) {
                 compare(trial, slot);
             }
             return true;

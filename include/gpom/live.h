@@ -2,12 +2,17 @@
  *  Keeping a map alive on a vehicle: work in slices, forgetting, jumps of the map frame.
  *
  *  What happens to the beams of a scan while keep_m > 0:
- *  - A return within keep_m of a kept hit is not kept; it counts for that hit, up to 15 times.
+ *  - A return within keep_m of a kept hit is not kept; it counts for that hit, up to 15 times. A
+ *    hit without counts has the noise sn2_once (params.h), one with counts sn2.
  *  - A beam that passes within 0.15 keep_m of a kept hit speaks against it, and so do two
  *    neighbours in a scan, keep_m apart or less at the hit, that pass on either side of it. The
  *    first of different times in a row takes one count from the hit, then two, four, eight; when
- *    none is left and clear_scans were in a row, the hit is gone, and the beams that did it are
+ *    none is left and clear_scans were in a row, the hit is past, and the beams that did it are
  *    kept. Beams that pass within 0.15 keep_m of hits that stand are not kept.
+ *  - A past hit tells queries that something may stand there: as one whose place is so uncertain
+ *    that half its say is left (rho^2 = 1/2 in scan.h), noise 2 sn2 + k**. Nothing else minds it:
+ *    returns from there are new, beams past it are kept. If another that was past before is within
+ *    keep_m of it, it goes: what comes and goes often is told of once.
  *  - A return that free segments of earlier scans pass within 0.6 keep_m, with no hit within
  *    2 keep_m that was known before its scan, is marked as arrived, and so are those beside it
  *    later. When scans of three more times returned from it and no beam passed it, the free
@@ -22,12 +27,13 @@
  *  - A beam without return is kept if its end is 4 keep_m or more from any free segment.
  *  - When the map is full, of the next two beams in turn the less useful makes room; if the new
  *    beam is no more useful, it is dropped. A beam is worth its squared gap, from its hit to the
- *    nearest other one, up to 16 keep_m; without hit like one with a gap of 2 keep_m; provisional
- *    nothing. That is divided by 1 + (distance from the robot / far_m)^2 + age / old_s + scans in a
- *    row that saw through its hit. What lowers it by the greatest factor is the cause that the
- *    eviction is counted under: a gap of less than 2 keep_m (beams_evicted_redundant, also if
- *    nothing does), or a term of the divisor (_far, _old, _contradicted); of a provisional one
- *    beams_not_confirmed.
+ *    nearest other one, up to 16 keep_m; a free segment without hit, or with a past one, like one
+ *    with a gap of 2 keep_m; provisional, or a past hit alone, nothing. That is divided by
+ *    1 + (distance from the robot / far_m)^2 + age / old_s + scans in a row that saw through its
+ *    hit. What lowers it by the greatest factor is the cause that the eviction is counted under: a
+ *    gap of less than 2 keep_m (beams_evicted_redundant, also if nothing does), or a term of the
+ *    divisor (_far, _old, _contradicted); a past hit alone is contradicted, and a provisional one
+ *    counts as beams_not_confirmed.
  *
  *  Margins shrink towards a beam's end: 0.15 keep_m, and keep_m for neighbours on either side, to
  *  0.05 of the way it has still to go, 0.6 keep_m to 0.2 of it. Neighbours are beams that come one

@@ -102,31 +102,34 @@ typedef struct {
                                            its hit was near to another. */
     uint64_t beams_not_confirmed;     /**< Removed: provisional, and not seen a second time before a
                                        beam passed it or the room was needed. */
-    uint64_t hits_cleared;            /**< Removed: scans of several times saw through the hit. */
-    uint64_t beams_forgotten;   /**< Removed: gpom_map_forget(), or out of reach of a new origin. */
-    uint64_t free_cleared;      /**< Removed: scans of several times saw a hit on the segment. */
-    uint64_t cells_cut;         /**< Low-resolution cells evaluated by a cut search (walk_max). */
+    uint64_t hits_cleared;    /**< Past, or removed: scans of several times saw through the hit. */
+    uint64_t beams_forgotten; /**< Removed: gpom_map_forget(), or out of reach of a new origin. */
+    uint64_t free_cleared;    /**< Removed: scans of several times saw a hit on the segment. */
+    uint64_t cells_cut;       /**< Low-resolution cells evaluated by a cut search (walk_max). */
     uint64_t beams_evicted_far; /**< Removed when the map was full: far from the robot (far_m). */
     uint64_t beams_evicted_old; /**< Removed when the map was full: old (old_s). */
     uint64_t beams_evicted_contradicted; /**< Removed when the map was full: its hit was seen
-                                              through, not often enough to be cleared. */
+                                              through; if it was past, nothing else was known. */
 } gpom_stats_t;
 
 /** One kept beam, for inspection. */
 typedef struct {
     double x_m;          /**< Sensor position, map frame [m]. */
     double y_m;          /**< Sensor position, map frame [m]. */
-    int64_t stamp_us;    /**< Time of the scan, to a millisecond [us]. */
+    int64_t stamp_us;    /**< Time of the scan, or since when the hit is past, to a millisecond
+                              [us]. */
     float dir_x;         /**< Unit direction, map frame. */
     float dir_y;         /**< Unit direction, map frame. */
     float range_m;       /**< Raw range; the usable maximum for a beam without return [m]. */
-    float hit_noise;     /**< Noise variance of its hit: sn2, raised by position uncertainty [1]. */
+    float hit_noise;     /**< Noise variance of its hit: sn2, or sn2_once, or a past hit's (live.h),
+                              raised by position uncertainty [1]. */
     float free_noise;    /**< Noise variance of its free points: sn2_free, raised likewise [1]. */
     uint32_t id;         /**< Order of insertion; from 0 again when a map is cleared or read. */
     uint8_t is_hit;      /**< 1: its hit at range_m is known. 0: none, or no longer. */
     uint8_t is_free;     /**< 1: it is known free from the sensor up to the gap before range_m. */
     uint8_t returned;    /**< 1: range_m is that of a return, and a gap is left before it. */
     uint8_t provisional; /**< 1: against what was known; queries do not see it until confirmed. */
+    uint8_t past;        /**< 1: scans of several times saw through its hit (live.h). */
     uint8_t n_agreed;    /**< Scans of other times that saw the hit again, up to 15. */
 } gpom_beam_t;
 

@@ -86,9 +86,10 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *          most beam_max / 4 boxes and 2 beam_max beams, in practice a few dozen of each: when
  *          full, 3 for each new beam; with keep_m > 0, 1 for each 16 beams, which compares those 16
  *          with every hit it meets, 1 for each beam that ends at no kept hit, 2 more for each new
- *          return, and 1 for each kept hit that arrived (live.h) and is confirmed.
- *          Low-resolution cells near a beam are marked, at most all of them, for each beam kept and
- *          each beam, hit or segment removed; m that one group of 16 removes are sorted, m log2(m).
+ *          return, and 1 for each kept hit that arrived (live.h) and is confirmed, or is past now.
+ *          Low-resolution cells near a beam are marked, at most all of them, for each beam kept,
+ *          each beam, hit or segment removed and each hit whose noise changes; m that one group of
+ *          16 removes are sorted, m log2(m).
  *          A rolling window that moves sets its new cells, at most all; an origin that moves
  *          (rebase_m) shifts all beams and boxes. Never waits for gpom_map_step(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,

@@ -20,7 +20,7 @@ extern "C" {
 #endif
 
 /** Version of stored maps; others are refused. */
-#define GPOM_MAP_FORMAT 1u
+#define GPOM_MAP_FORMAT 2u
 
 /** All that is written and read comes in blocks of this size, at multiples of it. */
 #define GPOM_SNAPSHOT_BLOCK_BYTES 512u

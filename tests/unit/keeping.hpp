@@ -72,11 +72,12 @@ struct Keeping {
         return {};
     }
 
-    bool has_hit(std::uint32_t id) const
+    bool stands(std::uint32_t id) const
     {
         const std::vector<gpom_beam_t> all = map.beams();
-        return std::any_of(all.begin(), all.end(),
-                           [id](const auto &b) { return b.id == id && b.is_hit == 1; });
+        return std::any_of(all.begin(), all.end(), [id](const auto &b) {
+            return b.id == id && b.is_hit == 1 && b.past == 0;
+        });
     }
 
     std::size_t n_provisional() const
@@ -88,5 +89,25 @@ struct Keeping {
 
     gpom_answer_t ask(Xy at) { return query_points(map.get(), {{at.x, at.y}}).all[0]; }
 };
+
+/// Answers are those of brute force over the beams that are kept.
+inline void check_answers(Keeping &k, const gpom_params_t &params, std::uint64_t stream)
+{
+    const std::vector<gpom_point_t> points = random_points(stream, 20, 20.0);
+    const Answers answers = query_points(k.map.get(), points);
+    const std::vector<Beam> beams = k.map.reference_beams();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const Xy q = {points[i].x_m, points[i].y_m};
+        const Neighbourhood truth = neighbourhood_of(params, beams, q);
+        const auto n_hits = std::count_if(truth.points.begin(), truth.points.end(),
+                                          [](const LabelledPoint &p) { return p.label > 0.0; });
+        CHECK(answers.all[i].n_hits == n_hits);
+        if (truth.is_clear) {
+            const Moments moments = predict(params, truth.points, q);
+            CHECK(static_cast<double>(answers.all[i].mean) ==
+                  doctest::Approx(moments.mean).epsilon(2e-3));
+        }
+    }
+}
 
 } // namespace reference

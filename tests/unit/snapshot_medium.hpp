@@ -131,7 +131,7 @@ inline bool same_beam(const gpom_beam_t &a, const gpom_beam_t &b)
            same_bits(a.range_m, b.range_m) && same_bits(a.hit_noise, b.hit_noise) &&
            same_bits(a.free_noise, b.free_noise) && a.is_hit == b.is_hit &&
            a.is_free == b.is_free && a.returned == b.returned && a.provisional == b.provisional &&
-           a.n_agreed == b.n_agreed;
+           a.past == b.past && a.n_agreed == b.n_agreed;
 }
 
 /// True if the ids of both come in one order.

@@ -46,12 +46,12 @@ struct Oracle {
 
     double worth(const gpom::Beam &beam, std::size_t own_slot) const
     {
-        if (beam.has_hit == 0) {
-            return kAlone2;
+        if (beam.hit == gpom::kNoHit || beam.hit == gpom::kPast) {
+            return beam.has_free != 0 ? kAlone2 : 0.0;
         }
         double least = kMost2;
         for (std::size_t i = 0; i < beams.size(); ++i) {
-            if (i != own_slot && beams[i].has_hit != 0 && beams[i].provisional == 0) {
+            if (i != own_slot && beams[i].hit == gpom::kStanding) {
                 const double depth_m = static_cast<double>(config.params.depth_m);
                 least = std::min(least, distance2(place_of(beam), beams[i], depth_m));
             }
@@ -75,7 +75,8 @@ struct Oracle {
     {
         const gpom::Beam &beam = beams[slot];
         const std::array<double, 3> d = discounts(beam, now);
-        return beam.provisional != 0 ? 0.0 : worth(beam, slot) / (1.0 + d[0] + d[1] + d[2]);
+        return beam.hit == gpom::kProvisional ? 0.0
+                                              : worth(beam, slot) / (1.0 + d[0] + d[1] + d[2]);
     }
 
     /// The counter of what lowers a beam's usefulness by the greatest factor.
@@ -87,8 +88,9 @@ struct Oracle {
             std::max(1.0, kAlone2 / worth(beams[slot], slot)), divisor / (divisor - d[0]),
             divisor / (divisor - d[1]), divisor / (divisor - d[2])};
         const auto greatest = std::max_element(factors.begin(), factors.end());
-        return beams[slot].provisional != 0 ? 4
-                                            : static_cast<std::size_t>(greatest - factors.begin());
+        const bool is_only_past = beams[slot].hit == gpom::kPast && beams[slot].has_free == 0;
+        const auto of_gap_and_discounts = static_cast<std::size_t>(greatest - factors.begin());
+        return beams[slot].hit == gpom::kProvisional ? 4 : is_only_past ? 3 : of_gap_and_discounts;
     }
 };
 
@@ -103,8 +105,15 @@ void disturb(gpom_map_t *map, Random &random)
 {
     for (int i = 0; i < 4; ++i) {
         gpom::Beam &beam = map->index.beams[random.below(map->index.n_slots)];
-        beam.hit_against = beam.has_hit != 0 ? random.below(4) & 3u : 0u;
-        beam.provisional = beam.has_hit != 0 && random.below(8) == 0 ? 1 : 0;
+        if (!gpom::has_hit(beam) || beam.has_free == 0) {
+            continue;
+        }
+        const std::uint32_t state = random.below(8);
+        beam.hit = state == 0 ? gpom::kProvisional : state == 1 ? gpom::kPast : gpom::kStanding;
+        beam.hit_against = beam.hit == gpom::kStanding ? random.below(4) & 3u : 0u;
+        if (beam.hit == gpom::kPast && random.below(2) == 0) {
+            beam.has_free = 0;
+        }
     }
 }
 
@@ -205,8 +214,8 @@ TEST_CASE("redundant, far and old beams go first")
         const gpom_stats_t change = k.see(look_down(-15.0, 30));
         CHECK(change.beams_evicted_old == (is_old ? 1 : 0));
         CHECK(change.beams_evicted_far == (is_old ? 0 : 1));
-        CHECK(k.has_hit(0) == !is_old);
-        CHECK(k.has_hit(1) == is_old);
+        CHECK(k.stands(0) == !is_old);
+        CHECK(k.stands(1) == is_old);
     }
     gpom_config_t config = keep_config(0, 2);
     config.old_s = 20.0f;
@@ -214,7 +223,7 @@ TEST_CASE("redundant, far and old beams go first")
     k.see(look_down(0.0, 0));
     k.see(look_down(20.0, 100));
     CHECK(k.see(look_down(-15.0, 50)).beams_evicted_old == 1);
-    CHECK(k.has_hit(1));
+    CHECK(k.stands(1));
 }
 
 // A hit that one scan saw through, and that stands, goes before one that nobody saw through.
@@ -230,8 +239,8 @@ TEST_CASE("a contradicted hit goes first")
         const gpom_stats_t change = k.see(look_down(-7.0, 3)); // worth 49 m2; the others 64
         CHECK(change.beams_evicted_contradicted == (is_contradicted ? 1 : 0));
         CHECK(gpom_stats_evicted(&change) == (is_contradicted ? 1 : 0));
-        CHECK(k.has_hit(0));
-        CHECK(k.has_hit(1) == !is_contradicted);
+        CHECK(k.stands(0));
+        CHECK(k.stands(1) == !is_contradicted);
     }
 }
 

@@ -32,9 +32,12 @@ gpom::Beam random_beam(Random &random)
     beam.dir_x = static_cast<float>(std::cos(yaw_rad));
     beam.dir_y = static_cast<float>(std::sin(yaw_rad));
     beam.range_m = random.uniform_f(0.05, 15.0);
-    beam.returned = beam.has_hit = random.below(5) != 0 ? 1 : 0;
-    beam.has_free = beam.has_hit == 0 || random.below(9) != 0 ? 1 : 0;
-    beam.provisional = beam.has_hit != 0 && random.below(7) == 0 ? 1 : 0;
+    beam.returned = random.below(5) != 0 ? 1 : 0;
+    if (beam.returned != 0) {
+        const std::uint32_t state = random.below(7);
+        beam.hit = state == 0 ? gpom::kProvisional : state == 1 ? gpom::kPast : gpom::kStanding;
+    }
+    beam.has_free = beam.hit == gpom::kNoHit || random.below(9) != 0 ? 1 : 0;
     return beam;
 }
 
@@ -83,7 +86,7 @@ struct Life {
                 index.hit_tree.slots, index.free_tree.slots, index.spare.slots};
     }
 
-    static bool has_part(const gpom::Beam &b) { return b.has_hit != 0 || b.has_free != 0; }
+    static bool has_part(const gpom::Beam &b) { return gpom::has_hit(b) || b.has_free != 0; }
 
     void insert_one()
     {
@@ -113,17 +116,18 @@ struct Life {
         const std::uint32_t slot = slots[random.below(static_cast<std::uint32_t>(slots.size()))];
         gpom::Beam &beam = copy[slot];
         const std::uint32_t what = random.below(4);
-        if (beam.provisional != 0 && random.below(2) == 0) {
-            beam.provisional = index.beams[slot].provisional = 0;
-        } else if (what == 0 && beam.has_hit != 0) {
+        if (gpom::is_provisional(beam) && random.below(2) == 0) {
+            beam.hit = index.beams[slot].hit = gpom::kStanding;
+        } else if (what == 0 && gpom::has_hit(beam)) {
             gpom::remove_hit(index, slot);
-            beam.has_hit = 0;
+            beam.hit = gpom::kNoHit;
         } else if (what == 1 && beam.has_free != 0) {
             gpom::remove_free(index, slot);
             beam.has_free = 0;
         } else {
             gpom::remove_beam(index, slot);
-            beam.has_hit = beam.has_free = 0;
+            beam.hit = gpom::kNoHit;
+            beam.has_free = 0;
         }
     }
 

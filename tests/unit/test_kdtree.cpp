@@ -25,7 +25,8 @@ gpom::Beam make_beam(Xy origin, double yaw_rad, double range_m, bool is_hit)
     beam.dir_x = static_cast<float>(std::cos(yaw_rad));
     beam.dir_y = static_cast<float>(std::sin(yaw_rad));
     beam.range_m = static_cast<float>(range_m);
-    beam.returned = beam.has_hit = is_hit ? 1 : 0;
+    beam.returned = is_hit ? 1 : 0;
+    beam.hit = is_hit ? gpom::kStanding : gpom::kNoHit;
     beam.has_free = 1;
     return beam;
 }

@@ -478,8 +478,7 @@ TEST_CASE("a matrix that cannot be factored gives the prior and GPOM_ERR_PIVOT")
     p.ell_m = 1e4f;
     p.n_hits = p.n_free = 32;
     TestMap map(config_of(p));
-    map.get()->config.params.sn2 = 0.0f;
-    map.get()->config.params.sn2_free = 0.0f;
+    map.get()->noise = {0.0f, 0.0f, 0.0f, 0.0f};
     const Xy far = {5000.0, 5000.0};
     drive(map.get(), 114, 4, far);
     const Answers answers = query_points(map.get(), random_points(115, 200, 15.0, far));

@@ -259,7 +259,8 @@ TEST_CASE("a failed reading leaves the map as it was")
     CHECK(read_snapshot(map.get(), medium).status == GPOM_ERR_FORMAT);
     CHECK(same_version(version_of(map.get()), before));
     REQUIRE(write_snapshot(map.get(), medium).status == GPOM_OK);
-    set_number(medium.slots[0], 3 * kBlock + 4, 2, 2); // another version in the commit block
+    set_number(medium.slots[0], 3 * kBlock + 4, 2,
+               GPOM_MAP_FORMAT + 1); // another version in the commit block
     mend(medium.slots[0], 4);
     CHECK(read_snapshot(map.get(), medium).status == GPOM_ERR_FORMAT);
     CHECK(same_version(version_of(map.get()), before));

@@ -195,7 +195,7 @@ TEST_CASE("a sparse matrix that cannot be factored gives the prior and GPOM_ERR_
     CHECK(empty.all[0].mean == 0.0f);
     CHECK(empty.all[0].variance == p.sf2);
     fill(map.get());
-    map.get()->config.params.sn2 = -2.0f * p.sf2; // legal noise prevents it
+    map.get()->noise.once = -2.0f * p.sf2; // legal noise prevents it
     const Answers bad = query_points(map.get(), places(30));
     CHECK(bad.status == GPOM_ERR_PIVOT);
     for (const gpom_answer_t &a : bad.all) {

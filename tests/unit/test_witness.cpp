@@ -151,7 +151,7 @@ bool clears(double first_rad, double step_rad, const std::vector<float> &ranges_
     for (int i = 1; i <= 10; ++i) {
         k.see(fan(first_rad, step_rad, ranges_m, i));
     }
-    return !k.has_hit(0);
+    return !k.stands(0);
 }
 
 } // namespace
@@ -186,7 +186,7 @@ TEST_CASE("what a scan says of kept hits is what each of its beams says of each"
         scan.stamp_us = second(2);
         CHECK(k.see(scan).hits_cleared == verdict.seen_through.size());
         for (const std::uint32_t id : verdict.seen_through) {
-            CHECK_FALSE(k.has_hit(id));
+            CHECK_FALSE(k.stands(id));
         }
         ++n_sure;
         n_confirmed += verdict.confirmed.size();

@@ -75,7 +75,7 @@ std::string answers_csv(const std::vector<gpom_point_t> &points,
 std::string beams_csv(const std::vector<gpom_beam_t> &beams)
 {
     std::string text = "id,stamp_us,x_m,y_m,dir_x,dir_y,range_m,hit_noise,free_noise,is_hit,"
-                       "is_free,returned,provisional,n_agreed\n";
+                       "is_free,returned,provisional,past,n_agreed\n";
     for (const gpom_beam_t &beam : beams) {
         text += std::to_string(beam.id) + ',' + std::to_string(beam.stamp_us) + ',';
         append_field(text, beam.x_m);
@@ -84,7 +84,8 @@ std::string beams_csv(const std::vector<gpom_beam_t> &beams)
              {beam.dir_x, beam.dir_y, beam.range_m, beam.hit_noise, beam.free_noise}) {
             append_field(text, value);
         }
-        for (const int flag : {beam.is_hit, beam.is_free, beam.returned, beam.provisional}) {
+        for (const int flag :
+             {beam.is_hit, beam.is_free, beam.returned, beam.provisional, beam.past}) {
             text += std::to_string(flag) + ',';
         }
         text += std::to_string(beam.n_agreed) + '\n';
