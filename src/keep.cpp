@@ -162,30 +162,29 @@ Candidate next_candidate(gpom_map &map, float most)
     return {slot, worth, worth / divisor};
 }
 
-/// Count an eviction under what lowers the beam's usefulness by the greatest factor: its gap, if it
-/// is less than that of a hit that stands alone, or a part of its discount.
-void count_eviction(gpom_map &map, const Candidate &evicted)
+/// The counter of what lowers a beam's usefulness by the greatest factor: its gap, if it is less
+/// than that of a hit that stands alone, or a part of its discount.
+uint64_t &cause_of(gpom_map &map, const Candidate &evicted)
 {
     gpom_stats_t &stats = map.stats;
     const Beam &beam = map.index.beams[evicted.slot];
+    if (is_provisional(beam)) {
+        return stats.beams_not_confirmed;
+    }
+    if (is_past(beam) && beam.has_free == 0) {
+        return stats.beams_evicted_contradicted;
+    }
     const Discount discount = discount_of(map, beam);
     const float divisor = discount.divisor();
     const float most = lane::max(discount.against, lane::max(discount.far, discount.old));
     const float worth_alone = lane::max(evicted.worth, alone2_of(map));
-    const bool is_only_past = is_past(beam) && beam.has_free == 0;
-    uint64_t *cause = &stats.beams_evicted_contradicted;
-    if (is_provisional(beam)) {
-        cause = &stats.beams_not_confirmed;
-    } else if (is_only_past) {
-        // what it knew was contradicted
-    } else if (worth_alone * (divisor - most) >= evicted.worth * divisor) {
-        cause = &stats.beams_evicted_redundant;
-    } else if (most == discount.far) {
-        cause = &stats.beams_evicted_far;
-    } else if (most == discount.old) {
-        cause = &stats.beams_evicted_old;
+    if (worth_alone * (divisor - most) >= evicted.worth * divisor) {
+        return stats.beams_evicted_redundant;
     }
-    ++*cause;
+    if (most == discount.far) {
+        return stats.beams_evicted_far;
+    }
+    return most == discount.old ? stats.beams_evicted_old : stats.beams_evicted_contradicted;
 }
 
 /// Make room for a beam that is worth `worth`. False if what is kept is worth more.
@@ -201,7 +200,7 @@ bool make_room(gpom_map &map, float worth)
     if (least.slot == kNoSlot) {
         return false;
     }
-    count_eviction(map, least);
+    ++cause_of(map, least);
     drop_beam(map, least.slot);
     return true;
 }

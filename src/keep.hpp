@@ -2,9 +2,10 @@
 /// Which beams are worth keeping.
 ///
 /// A return near a kept hit only confirms it; a beam that runs past a kept hit speaks against it.
-/// What scans of several times say of a hit or a free segment decides whether it stays, so that
-/// parked cars and doors clear while a single wrong return erodes nothing. When the store is full,
-/// the least useful beam makes room.
+/// What scans of several times say of a hit or a free segment decides whether it stands, so that
+/// parked cars and doors clear while a single wrong return erodes nothing. Hits that no longer do
+/// are past: queries see them with more noise. When the store is full, the least useful beam makes
+/// room.
 ///
 /// New beams are judged in groups of GPOM_LANES_MAX, whatever the width of the build's lanes, so
 /// that the same scans give the same map on every build.
