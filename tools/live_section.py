@@ -1,5 +1,6 @@
 """The live map's sections of RESULTS.md: figures of gpom-live as Markdown tables."""
 METRICS = (("auc", "AUC"), ("fp_at_tp95", "FP@95"), ("nll", "NLL"), ("ece", "ECE"))
+MORE_IS_BETTER = ("auc",)
 PRESETS = {"intel": "indoor", "csail": "indoor", "seattle": "indoor", "campus-west": "campus",
            "acapulco": "campus"}
 COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted_redundant",
@@ -7,7 +8,7 @@ COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicte
 SEEDS = range(10)
 UNCHANGED_TEXT = """\
 The same without the places that changed: a return judges also when what it came from has left
-since, and the map, rightly, no longer has it. Left out are points of which the last five scans that
+since, and the map rightly calls its place free. Left out are points of which the last five scans that
 saw the place say the contrary (a return within 0.15 m; a beam that passes within 0.05 m and goes on
 for 0.5 m).
 """
@@ -28,6 +29,13 @@ def mean_and_spread(values):
     return f"{sum(values) / len(values):.4f} ({max(values) - min(values):.4f})"
 
 
+def seeds_ahead(reports, metric):
+    """On how many seeds the kept beams are better than as many at random."""
+    gains = [report["live"][metric] - report["random"][metric] for report in reports]
+    n_ahead = sum(gain > 0 if metric in MORE_IS_BETTER else gain < 0 for gain in gains)
+    return f"{n_ahead} of {len(gains)}"
+
+
 def accuracy_table(reports):
     """Header and rows. reports: of each log's name, those of `gpom-live judge`, seed by seed, or
     what they say of the places that did not change."""
@@ -38,6 +46,8 @@ def accuracy_table(reports):
                      for metric, _ in METRICS]
             rows.append([name, label, *cells, str(of_seeds[0][key]["kept"]),
                          str(of_seeds[0]["points"])])
+        ahead = [seeds_ahead(of_seeds, metric) for metric, _ in METRICS]
+        rows.append([name, "seeds on which kept ones are better", *ahead, "", ""])
     return ["log", "beams", *(title for _, title in METRICS), "number", "test points"], rows
 
 

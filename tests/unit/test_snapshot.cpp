@@ -44,6 +44,7 @@ BeamKey key_of(const gpom_beam_t &beam)
 }
 
 bool is_provisional(const gpom_beam_t &beam) { return beam.provisional != 0; }
+bool is_past(const gpom_beam_t &beam) { return beam.past != 0; }
 
 void check_same_answers(const gpom_map_t *a, const gpom_map_t *b)
 {
@@ -64,6 +65,7 @@ TEST_CASE("a snapshot gives back the map")
     go_on(map.get(), 210, 60, 70);
     const std::vector<gpom_beam_t> beams = beams_of(map.get());
     REQUIRE(std::any_of(beams.begin(), beams.end(), is_provisional));
+    REQUIRE(std::any_of(beams.begin(), beams.end(), is_past));
     REQUIRE(map.stats().free_cleared + map.stats().hits_cleared > 0);
     Medium medium(2000);
     const Outcome written = write_snapshot(map.get(), medium);
