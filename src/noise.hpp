@@ -9,8 +9,8 @@ namespace gpom
 
 /// Noise variances of points whose places are known.
 struct Noise {
-    float seen; ///< Of a hit that scans of several times returned from.
-    float once; ///< Of one that a single time's did, as far as those against it left.
+    float seen; ///< Of a hit with counts: scans of several times returned from it.
+    float once; ///< Of one without counts: scans of one time saw it, or those against took them.
     float past; ///< Of one that scans of several times saw through.
     float free; ///< Of free points.
 };
