@@ -8,9 +8,9 @@ COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicte
 SEEDS = range(10)
 UNCHANGED_TEXT = """\
 The same without the places that changed: a return judges also when what it came from has left
-since, and the map rightly calls its place free. Left out are points of which the last five scans that
-saw the place say the contrary (a return within 0.15 m; a beam that passes within 0.05 m and goes on
-for 0.5 m).
+since, and the map rightly calls its place free. Left out are points of which the last five scans
+that saw the place say the contrary (a return within 0.15 m; a beam that passes within 0.05 m and
+goes on for 0.5 m).
 """
 
 
