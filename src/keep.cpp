@@ -91,7 +91,7 @@ NearHits near_hits(gpom_map &map, const Point &at, float within2_m2, float enoug
 bool is_near_past(gpom_map &map, const Point &at)
 {
     const float keep2_m2 = square(map.config.keep_m);
-    const NearHits near = near_hits(map, map.keeper.free_stack, {at, keep2_m2, keep2_m2, true});
+    const NearHits near = near_hits(map, map.keeper.inner_stack, {at, keep2_m2, keep2_m2, true});
     return near.best[0].d2 < keep2_m2;
 }
 
@@ -256,7 +256,7 @@ float news_of(gpom_map &map, Beam &beam, bool is_sure)
     const Point at = end_of(beam);
     if (beam.returned == 0) {
         const float spacing_m = kFreeSpacing * keep_m;
-        const bool is_known = is_near_free(map.index, map.keeper.free_stack, at, spacing_m);
+        const bool is_known = is_near_free(map.index, map.keeper.inner_stack, at, spacing_m);
         return is_known ? 0.0f : alone2_of(map);
     }
     const NearHits near = near_hits(map, at, alone2_of(map), square(keep_m));

@@ -53,7 +53,7 @@ struct Keeper {
     int64_t stamp_us;       ///< Of the newest scan.
     uint32_t stamp_ms;      ///< The same, since the map's first.
     Subtree hit_stack[kDepthMax];
-    Subtree free_stack[kDepthMax]; ///< For a walk that one over hits starts.
+    Subtree inner_stack[kDepthMax]; ///< For a walk that one over hits starts.
 };
 
 /// Provisional beams that a map of beam_max beams holds at most.

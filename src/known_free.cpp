@@ -54,7 +54,7 @@ bool for_each_free_near(gpom_map &map, const Segment &part, float reach_m, const
     Box around = empty_box();
     include(around, part);
     return walk(
-        map.index, map.index.free_part, map.keeper.free_stack,
+        map.index, map.index.free_part, map.keeper.inner_stack,
         [&](const Box &box) { return are_near(box, around, reach_m); }, visit);
 }
 

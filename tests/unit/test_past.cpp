@@ -144,8 +144,8 @@ TEST_CASE("a map that keeps every beam has one noise of hits")
     CHECK(k.beam(0).hit_noise == config.params.sn2);
 }
 
-// When a hit is confirmed, loses its last count or becomes past, the cells within reach of it are
-// marked, no others, and once evaluated hold the query's answers.
+// When a hit is confirmed or loses its last count, the cells within reach of it are marked and no
+// others. Once evaluated they hold the query's answers, also when it has become past.
 TEST_CASE("what is said of a hit alone marks the cells near it")
 {
     gpom_config_t config = lowres_config(60, 60, 1.0);
