@@ -119,6 +119,6 @@ def test_the_five_minutes_of_the_readme_work(tmp_path):
                           timeout=2 * PATIENCE_S, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                           check=False)
     assert done.returncode == 0, done.stdout
-    for line in "gpomd: ready on", "220 messages sent", "0 losses", "stopped after 220 scans":
+    for line in "gpomd: ready on", "220 messages sent", " 0 losses", "stopped after 220 scans":
         assert line in done.stdout, done.stdout
     assert "#" in done.stdout and "R" in done.stdout
