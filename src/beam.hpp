@@ -13,7 +13,7 @@ namespace gpom
 /// What is known of a beam's hit. Queries see the last two.
 enum HitState : uint16_t {
     kNoHit,       ///< None, or no longer.
-    kProvisional, ///< It is against what was known, and nobody confirmed it yet.
+    kProvisional, ///< It is against what was known, or its own scan, and not confirmed yet.
     kPast,        ///< Scans of several times saw through it: something may stand there, no more.
     kStanding
 };

@@ -330,12 +330,66 @@ void decide(gpom_map &map, uint32_t i_beam)
     const bool is_known = (group.known & bit) != 0;
     const float gap2_m2 = is_known ? 0.0f : news_of(map, beam, (group.sure & bit) != 0);
     if (gap2_m2 > 0.0f) {
+        if ((group.isolated & bit) != 0) {
+            beam.hit = kProvisional;
+        }
         keep(map, beam, gap2_m2);
     } else if (clears) {
         keep(map, beam, kGapUnknown2_m2);
     } else {
         ++map.stats.beams_known;
     }
+}
+
+/// Decide about the beams of a group.
+void settle_group(gpom_map &map)
+{
+    Group &group = map.keeper.group;
+    group.known = 0;
+    group.against = 0;
+    group.clearing = 0;
+    for (uint32_t &slot : group.renews) {
+        slot = kNoSlot;
+    }
+    const uint32_t first_free = map.index.first_free;
+    judge(map);
+    sort_freed(map.index, first_free);
+    for (uint32_t i = 0; i < group.n; ++i) {
+        decide(map, i);
+    }
+    group.n = 0;
+    group.returned = 0;
+    group.sure = 0;
+    group.isolated = 0;
+}
+
+/// True if a neighbour in the scan looks past a beam's end: it is keep_m beside it or nearer, and
+/// reaches 2 keep_m beyond.
+bool looks_past(const Ray &neighbour, const Ray &ray, float keep_m)
+{
+    if (!(neighbour.range_m > ray.range_m + 2.0f * keep_m)) {
+        return false;
+    }
+    const float x_m = ray.range_m * (neighbour.dir_x - ray.dir_x);
+    const float y_m = ray.range_m * (neighbour.dir_y - ray.dir_y);
+    return x_m * x_m + y_m * y_m <= keep_m * keep_m;
+}
+
+/// Note the next beam of the scan: with it both neighbours of the one before are known. If they
+/// look past that, what it hit is thin, or it is wrong.
+void note_ray(gpom_map &map, const Ray &ray)
+{
+    Keeper &keeper = map.keeper;
+    Group &group = keeper.group;
+    const Ray *const last = keeper.last;
+    const float keep_m = map.config.keep_m;
+    if (keeper.n_last == 2 && looks_past(last[1], last[0], keep_m) &&
+        looks_past(ray, last[0], keep_m)) {
+        group.isolated |= group.sure & (1u << (group.n - 1));
+    }
+    keeper.last[1] = keeper.last[0];
+    keeper.last[0] = ray;
+    keeper.n_last += keeper.n_last < 2 ? 1u : 0u;
 }
 
 } // namespace
@@ -394,25 +448,10 @@ void drop_beam(gpom_map &map, uint32_t slot)
 
 void settle(gpom_map &map)
 {
-    Group &group = map.keeper.group;
-    if (group.n == 0) {
-        return;
+    if (map.keeper.group.n > 0) {
+        settle_group(map);
     }
-    group.known = 0;
-    group.against = 0;
-    group.clearing = 0;
-    for (uint32_t &slot : group.renews) {
-        slot = kNoSlot;
-    }
-    const uint32_t first_free = map.index.first_free;
-    judge(map);
-    sort_freed(map.index, first_free);
-    for (uint32_t i = 0; i < group.n; ++i) {
-        decide(map, i);
-    }
-    group.n = 0;
-    group.returned = 0;
-    group.sure = 0;
+    map.keeper.n_last = 0;
 }
 
 void consider(gpom_map &map, const Beam &beam, bool sure)
@@ -422,12 +461,15 @@ void consider(gpom_map &map, const Beam &beam, bool sure)
         return;
     }
     Group &group = map.keeper.group;
+    if (map.config.clear_scans > 0) {
+        note_ray(map, {beam.dir_x, beam.dir_y, beam.range_m});
+    }
+    if (group.n == kGroup) {
+        settle_group(map);
+    }
     group.returned |= static_cast<uint32_t>(beam.returned) << group.n;
     group.sure |= (sure ? 1u : 0u) << group.n;
     group.beams[group.n++] = beam;
-    if (group.n == kGroup) {
-        settle(map);
-    }
 }
 
 } // namespace gpom

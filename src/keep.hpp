@@ -3,9 +3,9 @@
 ///
 /// A return near a kept hit only confirms it; a beam that runs past a kept hit speaks against it.
 /// What scans of several times say of a hit or a free segment decides whether it stands, so that
-/// parked cars and doors clear while a single wrong return erodes nothing. Hits that no longer do
-/// are past: queries see them with more noise. When the store is full, the least useful beam makes
-/// room.
+/// parked cars and doors clear while a single wrong return erodes nothing, and one that its own
+/// scan looks past is not seen. Hits that no longer stand are past: queries see them with more
+/// noise. When the store is full, the least useful beam makes room.
 ///
 /// New beams are judged in groups of GPOM_LANES_MAX, whatever the width of the build's lanes, so
 /// that the same scans give the same map on every build.
@@ -28,10 +28,16 @@ struct Group {
     uint32_t n;
     uint32_t returned;       ///< Bit i: it ends at a surface.
     uint32_t sure;           ///< Bit i: its place is known well enough to speak against others.
+    uint32_t isolated;       ///< Bit i: its neighbours in the scan look past its hit.
     uint32_t known;          ///< Bit i: it ends at a kept hit.
     uint32_t against;        ///< Bit i: it runs past a kept hit that stands all the same.
     uint32_t clearing;       ///< Bit i: it is the last of those that cleared a hit.
     uint32_t renews[kGroup]; ///< Slot of the oldest hit that beam i ends at, or kNoSlot.
+};
+
+/// Where a beam of a scan runs, from the sensor on.
+struct Ray {
+    float dir_x, dir_y, range_m;
 };
 
 /// A provisional beam; another in its slot has another id.
@@ -42,6 +48,8 @@ struct Waiting {
 /// State of the choice.
 struct Keeper {
     Group group;
+    Ray last[2];            ///< The newest beams of the scan being inserted, the newest first.
+    uint32_t n_last;        ///< How many of them there are.
     uint32_t scan_first_id; ///< Beams of the scan being inserted have this id or a greater one.
     uint32_t time_number;   ///< Different stamps seen so far.
     uint16_t time_mark;     ///< What stands for it in Beam.
@@ -63,7 +71,7 @@ constexpr uint32_t provisional_capacity(uint32_t beam_max) { return beam_max / 1
 /// sure: its place is known well enough to speak against others.
 void consider(gpom_map &map, const Beam &beam, bool sure);
 
-/// Settle the beams that still wait.
+/// Settle the beams that still wait: the scan is complete.
 void settle(gpom_map &map);
 
 /// Take a hit, a free segment or a whole beam away, and tell the low-resolution map.

@@ -148,8 +148,9 @@ def all_jobs(arguments, logs):
 
 
 def live_jobs(arguments, logs):
-    jobs = [Job("live", log.name, seed, live_section.judge_words(log.name, seed), tool="gpom-live")
-            for log in logs for seed in live_section.SEEDS]
+    jobs = [Job(trial, log.name, seed, live_section.judge_words(log.name, seed, trial),
+                tool="gpom-live")
+            for trial in live_section.TRIALS for log in logs for seed in live_section.SEEDS]
     if arguments.drive > 0:
         jobs.append(Job("drive", "town", 0, live_section.drive_words(arguments.drive),
                         tool="gpom-live"))
@@ -439,19 +440,12 @@ def street_sections(figures, jobs, streets, bench):
 
 
 def live_sections(figures, jobs, arguments, names):
-    if names:
-        seeds = f"`$SEED` = 0 to {len(live_section.SEEDS) - 1}\n"
-        reports = {name: [figures.reports["live", name, seed] for seed in live_section.SEEDS]
-                   for name in names}
-        yield "## The live map: what is worth keeping\n"
-        yield commands_text([job for job in jobs if job.table == "live"], seeds)
-        yield ("All scans in order, nine returns in ten, into a map of 16,384 beams, against as "
-               "many beams drawn at\nrandom from the same; the other returns judge. In brackets "
-               "the spread over the seeds.\n")
-        yield table_text(*live_section.accuracy_table(reports))
-        yield live_section.UNCHANGED_TEXT
-        yield table_text(*live_section.accuracy_table(live_section.unchanged(reports)))
-        yield table_text(*live_section.work_table(reports))
+    for trial in live_section.TRIALS if names else ():
+        yield f"## The live map: {live_section.TITLES[trial]}\n"
+        yield commands_text([job for job in jobs if job.table == trial],
+                            f"`$SEED` = 0 to {len(live_section.SEEDS) - 1}\n")
+        for part in live_section.parts(trial, figures.reports, names):
+            yield part if isinstance(part, str) else table_text(*part)
     if arguments.drive > 0:
         yield "## The live map: a long drive\n"
         yield commands_text([job for job in jobs if job.table == "drive"])

@@ -6,6 +6,17 @@ PRESETS = {"intel": "indoor", "csail": "indoor", "seattle": "indoor", "campus-we
 COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted_redundant",
           "beams_evicted_contradicted", "beams_not_confirmed", "hits_cleared", "free_cleared")
 SEEDS = range(10)
+# What `gpom-live judge` is told beside the log.
+TRIALS = {"live": (), "spurious": ("--spurious", "0.05")}
+TITLES = {"live": "what is worth keeping", "spurious": "spurious returns"}
+TEXT = """\
+All scans in order, nine returns in ten, into a map of 16,384 beams, against as many beams drawn at
+random from the same; the other returns judge. In brackets the spread over the seeds.
+"""
+SPURIOUS_TEXT = """\
+One return in twenty of those that make the maps is too short, by any part of its range, as from
+dust, rain or another laser.
+"""
 UNCHANGED_TEXT = """\
 The same without the places that changed: a return judges also when what it came from has left
 since, and the map rightly calls its place free. Left out are points of which the last five scans
@@ -14,10 +25,10 @@ goes on for 0.5 m).
 """
 
 
-def judge_words(name, seed):
+def judge_words(name, seed, trial):
     """Words of gpom-live for a log; `$DATA` stands for the folder of the logs."""
     return ("judge", "--scans", f"$DATA/{name}.log.gz", "--params",
-            f"tools/params/{PRESETS[name]}.toml", "--seed", str(seed))
+            f"tools/params/{PRESETS[name]}.toml", "--seed", str(seed), *TRIALS[trial])
 
 
 def drive_words(n_scans):
@@ -49,6 +60,20 @@ def accuracy_table(reports):
         ahead = [seeds_ahead(of_seeds, metric) for metric, _ in METRICS]
         rows.append([name, "seeds on which kept ones are better", *ahead, "", ""])
     return ["log", "beams", *(title for _, title in METRICS), "number", "test points"], rows
+
+
+def parts(trial, reports, names):
+    """What a trial's section says: texts, and tables' headers and rows."""
+    of_logs = {name: [reports[trial, name, seed] for seed in SEEDS] for name in names}
+    if trial == "spurious":
+        yield SPURIOUS_TEXT
+        yield accuracy_table(of_logs)
+        return
+    yield TEXT
+    yield accuracy_table(of_logs)
+    yield UNCHANGED_TEXT
+    yield accuracy_table(unchanged(of_logs))
+    yield work_table(of_logs)
 
 
 def unchanged(reports):

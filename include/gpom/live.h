@@ -22,6 +22,8 @@
  *    provisional: queries do not see it until a scan of another time returns from within keep_m of
  *    it. Then the free segments go at once. It is gone itself once a beam passes within 0.15 keep_m
  *    of it, or when beam_max / 16 + 8 younger ones wait.
+ *  - So is one that its own scan looks past: the beams before and after it in the scan's order are
+ *    keep_m beside it, or nearer, and reach 2 keep_m beyond it. It is thin, or it is wrong.
  *  - A return from a kept hit without free segment is kept in its place.
  *  - Beams whose end is not known to 2 keep_m (standard deviation) speak against nothing.
  *  - A beam without return is kept if its end is 4 keep_m or more from any free segment.

@@ -30,7 +30,7 @@ extern "C" {
  *  gpom_map_bytes(). 62 bytes a beam: 36 the beam, 8 in each of two trees and in the one being
  *  built, 2 in lists; 8 bytes a cell. */
 #define GPOM_MAP_BYTES(beam_max, cell_max)                                                         \
-    ((size_t)3072 + (size_t)61 * (size_t)(beam_max) + (size_t)(beam_max) / 32 * 9 +                \
+    ((size_t)3104 + (size_t)61 * (size_t)(beam_max) + (size_t)(beam_max) / 32 * 9 +                \
      (size_t)8 * (size_t)(cell_max))
 
 /** What a map is made for. Fill with gpom_config_init(), then change. */
@@ -128,7 +128,8 @@ typedef struct {
     uint8_t is_hit;      /**< 1: its hit at range_m is known. 0: none, or no longer. */
     uint8_t is_free;     /**< 1: it is known free from the sensor up to the gap before range_m. */
     uint8_t returned;    /**< 1: range_m is that of a return, and a gap is left before it. */
-    uint8_t provisional; /**< 1: against what was known; queries do not see it until confirmed. */
+    uint8_t provisional; /**< 1: against what was known, or what its scan saw beside it; queries do
+                              not see it until confirmed. */
     uint8_t past;        /**< 1: scans of several times saw through its hit (live.h). */
     uint8_t n_agreed;    /**< Scans of other times that saw the hit again, up to 15. */
 } gpom_beam_t;

@@ -111,12 +111,12 @@ Verdict verdict_of(const TestScan &s, const std::vector<gpom_beam_t> &hits)
     return verdict;
 }
 
-/// Sixty beams all around the origin, of random ranges.
+/// Sixty beams all around the origin, of random ranges, two by two so that none is isolated.
 TestScan random_surroundings(Random &random)
 {
     TestScan s = look_around({0, 0}, 60, 1.0f, 0);
-    for (float &range_m : s.ranges_m) {
-        range_m = random.uniform_f(1.0, 12.0);
+    for (std::size_t i = 0; i < s.ranges_m.size(); i += 2) {
+        s.ranges_m[i] = s.ranges_m[i + 1] = random.uniform_f(1.0, 12.0);
     }
     return s;
 }
