@@ -25,7 +25,8 @@
  *  - So is one that its own scan looks past: the beams before and after it in the scan's order are
  *    keep_m beside it, or nearer, and reach 2 keep_m beyond it. It is thin, or it is wrong.
  *  - A return from a kept hit without free segment is kept in its place.
- *  - Beams whose end is not known to 2 keep_m (standard deviation) speak against nothing.
+ *  - Beams whose end is not known to 2 keep_m (standard deviation) speak against nothing and are
+ *    not made to wait. With clear_scans 0 no hit is past, arrived or provisional.
  *  - A beam without return is kept if its end is 4 keep_m or more from any free segment.
  *  - When the map is full, of the next two beams in turn the less useful makes room; if the new
  *    beam is no more useful, it is dropped. A beam is worth its squared gap, from its hit to the

@@ -64,7 +64,7 @@ TestScan random_scan(Random &random)
 {
     TestScan s = look({0, 0}, random.uniform(-4, 4), 1.0, 0);
     s.sensor.range_min_m = 0.3f;
-    s.ranges_m.resize(static_cast<std::size_t>(1 + random.below(60)));
+    s.ranges_m.resize(1 + random.below(60));
     for (float &range_m : s.ranges_m) {
         const std::uint64_t kind = random.below(10);
         range_m = kind == 0   ? std::numeric_limits<float>::quiet_NaN()
@@ -96,9 +96,10 @@ TEST_CASE("a return waits for confirmation if the beams beside it look past it")
                 used.push_back(j);
             }
         }
-        std::map<float, Verdict> verdicts; // by range: no two are equal
+        std::map<float, Verdict> verdicts; // by range; of two that are equal neither judges
         for (std::size_t j = 0; j < used.size(); ++j) {
-            verdicts[scan.ranges_m[used[j]]] = verdict_of(scan, used, j);
+            const auto entry = verdicts.emplace(scan.ranges_m[used[j]], verdict_of(scan, used, j));
+            entry.first->second.is_close = entry.first->second.is_close || !entry.second;
         }
         for (const gpom_beam_t &beam : k.map.beams()) {
             if (beam.is_hit == 0 || verdicts.at(beam.range_m).is_close) {
