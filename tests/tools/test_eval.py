@@ -350,7 +350,7 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
                   "gpom-eval log --scans $DATA/seattle.log.gz", "`$SEED` = 0, 1",
                   "| seattle | strong grid |", "| **mean** | OctoMap |"):
         assert words in text
-    assert text.count("```\ngpom-") == 7
+    assert text.count("```\ngpom-") == 8
     assert "| seattle | kept |" in text and "| seattle | as many at random |" in text
     assert "--method lml --out $STREETS/seattle-0.04-seed-$SEED/lml.toml" in text
     assert "| seattle | GP, lml |" in text and "| best |" in text

@@ -165,7 +165,7 @@ TEST_CASE("what a scan says of kept hits is what each of its beams says of each"
     GPOM_TELL_SEED();
     Random random(137);
     std::size_t n_sure = 0, n_confirmed = 0, n_contradicting = 0, n_between = 0;
-    for (int i = 0; i < 600; ++i) {
+    for (int i = 0; i < 1500; ++i) {
         Keeping k(keep_config(2));
         REQUIRE(k.see(random_surroundings(random)).beams_contradicting == 0);
         if (i % 3 == 0) {
