@@ -4,11 +4,14 @@
 
 CROSS  ?=
 CPU    ?= cortex-m7
+# 1: a microcontroller, without operating system; 0: this machine, or another that runs Linux.
+BARE   := $(if $(CROSS),$(if $(filter armv8-a s390x,$(CPU)),0,1),0)
 CONFIG ?= $(if $(CROSS),$(CPU),release)
 BUILD  ?= build/$(or $(CROSS:%-=%),host)-$(CONFIG)
 # Queries side by side: a number, or auto: chosen at run time from SSE2, AVX2 and AVX-512.
-LANES  ?= $(if $(CROSS),1,$(if $(filter x86_64,$(shell uname -m)),auto,4))
-FMA    ?= $(if $(CROSS),1,0)
+ISA    := $(if $(CROSS),$(CPU),$(shell uname -m))
+LANES  ?= $(if $(filter 1,$(BARE)),1,$(if $(filter x86_64,$(ISA)),auto,4))
+FMA    ?= $(BARE)
 MINNUM ?= $(if $(filter cortex-m7,$(if $(CROSS),$(CPU))),1,0)
 # 1: neighbourhoods of more than 64 points, with SuiteSparse (LDL and AMD, linked dynamically).
 SPARSE ?= $(if $(CROSS),0,1)
@@ -53,18 +56,20 @@ MAKE := $(MAKE) --no-print-directory
 
 CPU_cortex-m7 := -mcpu=cortex-m7 -mthumb -mfloat-abi=hard -mfpu=fpv5-d16
 CPU_cortex-m4 := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
+CPU_armv8-a   := -march=armv8-a
 CPU_s390x     := -march=z196
 ifneq ($(CROSS),)
-CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4 or s390x))
+CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4, \
+             armv8-a or s390x))
 export CCACHE_DISABLE := 1 # it would not keep the call graphs
-MODE_arm  := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-unwind-tables \
+MODE_bare := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-unwind-tables \
              -fstack-usage -fcallgraph-info=su
 endif
 MODE_release  := -O2 -g -fPIC -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0
 MODE_sanitize := -O1 -g -fPIC -DGPOM_ASSERTS=1 -fno-omit-frame-pointer
 MODE_thread   := -O1 -g -fPIC -DGPOM_ASSERTS=1
 MODE_debug    := -O0 -g -fPIC -DGPOM_ASSERTS=1
-MODE := $(or $(MODE_$(if $(CROSS),arm,$(CONFIG))),\
+MODE := $(or $(MODE_$(if $(filter 1,$(BARE)),bare,$(if $(CROSS),release,$(CONFIG)))),\
              $(error CONFIG=$(CONFIG) is unknown; use release, sanitize, thread or debug))
 MODE += $(if $(SAN),-fsanitize=$(SAN) -fno-sanitize-recover=all)
 
@@ -82,7 +87,9 @@ CORE_FLAGS := -std=c++17 $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef
               -fno-exceptions -fno-rtti -fno-threadsafe-statics \
               -ffunction-sections -fdata-sections -fvisibility=hidden $(CXXFLAGS)
 TOOL_LIBS  := -lz -loctomap -loctomath
-HOST_FLAGS := -std=c++17 $(COMMON) -pthread $(CXXFLAGS)
+# Headers of test libraries without code, for cross compilers, which do not look where they are.
+CROSS_INCLUDE := $(BUILD)/target/include
+HOST_FLAGS := -std=c++17 $(COMMON) $(if $(CROSS),-isystem $(CROSS_INCLUDE)) -pthread $(CXXFLAGS)
 C99_FLAGS  := -std=c99 -pedantic-errors $(COMMON) $(CFLAGS)
 # The codec is part of the firmware: the same rules as for the core, in C.
 CODEC_FLAGS := -std=c99 -pedantic-errors $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \
@@ -109,8 +116,11 @@ ISA_OBJ    := $(if $(filter auto,$(LANES)),$(BUILD)/obj/src/answer_avx2.o \
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
 TEST_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),tests/unit/test_sparse.cpp),\
-               $(wildcard tests/unit/*.cpp tests/property/*.cpp)))
-ENDIAN_OBJ := $(call objects,$(wildcard tests/endian/*.cpp))
+               $(wildcard tests/unit/*.cpp)))
+# Those of the core alone, without a library that a cross compiler would lack.
+CORE_TEST_OBJ := $(filter $(TEST_OBJ),$(call objects,\
+                   $(shell grep -L -e '"tools/' -e zlib -e snapshot_medium tests/unit/*.cpp)))
+SNAPSHOT_OBJ := $(call objects,$(wildcard tests/processors/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
 PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.c)))
@@ -156,7 +166,7 @@ help: ## List the targets
 	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA SPARSE LOG DATA SKIP_BASE FUZZ_RUNS" \
 	    "FUZZ_SECONDS SOAK_S KILLS GARBAGE_BYTES PREFIX DESTDIR"
 
-lib: $(BUILD)/libgpom.a $(if $(CROSS)$(SAN),,$(BUILD)/libgpom.so) ## Build the library
+lib: $(BUILD)/libgpom.a $(if $(filter 1,$(BARE))$(SAN),,$(BUILD)/libgpom.so) ## Build the library
 
 tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
 
@@ -204,10 +214,10 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 
 test-all: $(if $(SKIP_BASE),,test-programs)
 test-all: build/setup/lint build/setup/install build/setup/can linux-tests can-tests fuzzers
-test-all: count-queries test-firmware-programs ## Run `test`, firmware, CAN, install, fuzz, lint
+test-all: count-queries test-firmware-programs ## Run `test`, processors, firmware, CAN, fuzz, lint
 	$(Q)$(MAKE) CONFIG=sanitize build/host-sanitize/gpomd build/host-sanitize/linux_tests
 	$(Q)$(MAKE) CONFIG=thread tsan build/host-thread/gpomd
-	$(Q)$(MAKE) endian
+	$(Q)$(MAKE) processors
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
 
 bench: build/setup/bench $(BUILD)/speed bench-insert ## Compare with Eigen, nanoflann, sklearn
@@ -258,14 +268,14 @@ install: lib ## Install headers, libraries, pkg-config file, CMake package: PREF
 	$(Q)tools/install/install $(BUILD) "$(DESTDIR)$(PREFIX)" "$(CORE_LIBS)"
 
 clean: ## Remove what was built, keep the installed Python environment
-	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/s390x-linux-gnu-*
+	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/aarch64-linux-gnu-* build/s390x-linux-gnu-*
 
 distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
         demo-cars demo-lcm soak results fuzz test test-all lint format check-symbols firmware \
-        test-firmware clean distclean test-programs unit tsan endian codec-tests linux-tests \
+        test-firmware clean distclean test-programs unit tsan processors codec-tests linux-tests \
         can-tests test-can fuzzers firmware-image firmware-host test-firmware-programs demo- \
         firmware install FORCE
 .DEFAULT_GOAL := help
@@ -289,12 +299,15 @@ count-queries: build/setup/firmware
 
 fuzzers: $(FUZZERS)
 
-# Without fused operations, as on the host, so that the same scans give the same map.
-BIG_ENDIAN := CROSS=s390x-linux-gnu- CPU=s390x FMA=0
-endian: $(BUILD)/snapshot_bytes
-	$(Q)if tools/setup endian; then \
+# None with fused operations, as the host's, so that the same scans give the same map.
+ARM64      := CROSS=aarch64-linux-gnu- CPU=armv8-a LANES=4 FMA=0
+BIG_ENDIAN := CROSS=s390x-linux-gnu- CPU=s390x LANES=1 FMA=0
+processors: $(BUILD)/snapshot_bytes ## Build tests for 64-bit Arm and a big-endian processor
+	$(Q)if tools/setup processors; then \
+	    $(MAKE) $(ARM64) $(addprefix build/aarch64-linux-gnu-armv8-a/,snapshot_bytes \
+	        core_tests api_c99) && \
 	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; \
-	else echo "no big-endian toolchain: its test will be skipped"; fi
+	else echo "no cross compilers: tests on other processors will be skipped"; fi
 
 linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/gpom-query $(BUILD)/library-map \
     $(BUILD)/linux_tests $(BUILD)/lcm/stamp
@@ -326,11 +339,11 @@ $(BUILD)/flags: FORCE
 	@echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' | cmp -s - $@ || \
 	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
 
-$(CORE_OBJ) $(ISA_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(C99_OBJ) \
+$(CORE_OBJ) $(ISA_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(SNAPSHOT_OBJ) $(C99_OBJ) \
     $(PORT_OBJ) $(BENCH_OBJ) $(BENCH_ISA_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ) $(CODEC_OBJ) \
     $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ) $(UART_OBJ) $(TEMPLATE_OBJ): \
-    $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(CPU:s390x=),firmware,endian),base)
-$(TEST_OBJ): | build/setup/test
+    $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(filter 1,$(BARE)),firmware,processors),base)
+$(TEST_OBJ): | build/setup/test $(if $(CROSS),$(CROSS_INCLUDE)/stamp)
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
 $(LINUX_OBJ) $(LCM_TOOL_OBJ): | build/setup/lcm
 
@@ -341,13 +354,13 @@ define compile # compiler and flags
 endef
 
 # On a microcontroller what runs seldom, or is short, is compiled for size.
-SMALL := $(if $(CROSS),index kernel live lowres lowres_mark lowres_read lowres_step map)
+SMALL := $(if $(filter 1,$(BARE)),index kernel live lowres lowres_mark lowres_read lowres_step map)
 $(SMALL:%=$(BUILD)/obj/src/%.o): SIZE := -Os
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS) $(SIZE))
 $(ISA_OBJ): $(BUILD)/obj/src/answer_%.o: src/answer.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS) $(ISA_$*))
-$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(ENDIAN_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) \
+$(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(SNAPSHOT_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) \
     $(LCM_TOOL_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(BENCH_ISAS:%=$(BUILD)/obj/bench/solve_%.o): $(BUILD)/obj/bench/solve_%.o: bench/solve.cpp
@@ -374,7 +387,7 @@ $(BUILD)/libgpom.so: $(CORE_OBJ) $(ISA_OBJ)
 	$(Q)$(CC) -shared -Wl,-z,defs -Wl,-soname,libgpom.so.$(MAJOR) -o $@ $^ $(CORE_LIBS)
 $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CC) $(MODE) -o $@ $^ $(CORE_LIBS)
+	$(Q)$(CC) $(MODE) $(if $(CROSS),-static) -o $@ $^ $(CORE_LIBS)
 
 # The template's program does nothing for ever: that it links is all.
 $(BUILD)/template $(BUILD)/template_test: $(BUILD)/obj/ports/template/port.o \
@@ -397,9 +410,9 @@ $(BUILD)/lcm/stamp: $(LCM_TYPES) | build/setup/lcm
 	$(Q)$(LCM_GEN) -p --ppath $(@D)/python $(LCM_TYPES)
 	$(Q)touch $@
 $(LCM_OBJ): $(BUILD)/lcm/%.o: $(BUILD)/lcm/stamp
-	$(Q)$(CC) $(CPU_FLAGS) $(if $(CROSS),-isystem $(BUILD)/target/include) -std=gnu99 -O2 -g -w \
+	$(Q)$(CC) $(CPU_FLAGS) $(if $(CROSS),-isystem $(CROSS_INCLUDE)) -std=gnu99 -O2 -g -w \
 	    -c $(@:.o=.c) -o $@
-$(if $(CROSS),$(LCM_OBJ)): | $(BUILD)/target/include/stamp
+$(if $(CROSS),$(LCM_OBJ)): | $(CROSS_INCLUDE)/stamp
 
 $(BUILD)/libgpom_codec.a: $(CODEC_OBJ)
 	$(if $(V),,@echo "  AR   $@")
@@ -474,7 +487,10 @@ $(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS) $(CORE_LIBS)
-$(BUILD)/snapshot_bytes: $(ENDIAN_OBJ) $(BUILD)/obj/tools/lib/snapshot_file.o $(BUILD)/libgpom.a
+$(BUILD)/core_tests: $(CORE_TEST_OBJ) $(BUILD)/libgpom.a
+	$(if $(V),,@echo "  LD   $@")
+	$(Q)$(CXX) $(HOST_FLAGS) -static -o $@ $^ $(CORE_LIBS)
+$(BUILD)/snapshot_bytes: $(SNAPSHOT_OBJ) $(BUILD)/obj/tools/lib/snapshot_file.o $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) $(if $(CROSS),-static) -o $@ $^ $(CORE_LIBS)
 $(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
@@ -507,13 +523,13 @@ TARGET_TESTS := $(foreach i,main test_chol test_elementary test_index test_kdtre
     test_lane test_local_gp test_map test_params test_scan test_select,tests/unit/$(i)) \
     $(patsubst %.cpp,%,$(CODEC_TEST_SRC))
 TARGET_OBJ := $(TARGET_TESTS:%=$(BUILD)/target/%.o) $(BUILD)/target/tests/firmware/target/boot.o
-TARGET_INCLUDE := $(BUILD)/target/include $(BUILD)/lcm tests/firmware/target/include
+TARGET_INCLUDE := $(CROSS_INCLUDE) $(BUILD)/lcm tests/firmware/target/include
 TARGET_FLAGS := $(CPU_FLAGS) -O2 -Wall -Wextra -Wno-psabi -DNDEBUG -DEIGEN_NO_DEBUG \
     -DGPOM_ASSERTS=0 $(NUMERICS) $(INCLUDES) $(addprefix -isystem ,$(TARGET_INCLUDE)) \
     -ffunction-sections -fdata-sections
 TARGET_DOCTEST := $(foreach i,NO_MULTITHREADING NO_POSIX_SIGNALS COLORS_NONE,-DDOCTEST_CONFIG_$(i))
-$(TARGET_OBJ): $(BUILD)/flags $(BUILD)/lcm/stamp | $(BUILD)/target/include/stamp
-$(BUILD)/target/include/stamp: | build/setup/test build/setup/lcm
+$(TARGET_OBJ): $(BUILD)/flags $(BUILD)/lcm/stamp | $(CROSS_INCLUDE)/stamp
+$(CROSS_INCLUDE)/stamp: | build/setup/test build/setup/lcm
 	$(Q)mkdir -p $(@D) && ln -sfn /usr/include/doctest /usr/include/lcm $(@D) && touch $@
 $(filter-out %/boot.o,$(TARGET_OBJ)): $(BUILD)/target/%.o: %.cpp
 	$(call compile,$(CXX) -std=c++17 $(TARGET_FLAGS) $(TARGET_DOCTEST))

@@ -4,7 +4,7 @@
 usage: tests/run.py [--summary FILE.json] SUITE...
 
 Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux linux-sanitize tsan
-endian can firmware install instructions fuzz lint; `base` is the first nine, `extra` the rest.
+processors can firmware install instructions fuzz lint; `base` is the first nine, `extra` the rest.
 Called by make, which builds what they need first. A failure is printed with its output, a skip with
 its reason. Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
@@ -19,6 +19,7 @@ import os
 import re
 import secrets
 import shlex
+import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -29,14 +30,15 @@ SKIP_EXIT_CODE = 77
 TIMEOUT_S = 600
 BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools",
         "linux"]
-EXTRA = ["linux-sanitize", "tsan", "endian", "can", "firmware", "install", "instructions", "fuzz",
-         "lint"]
+EXTRA = ["linux-sanitize", "tsan", "processors", "can", "firmware", "install", "instructions",
+         "fuzz", "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
 HOST = "build/host-release"
 SANITIZE = "build/host-sanitize"
 THREAD = "build/host-thread"
+ARM64 = "build/aarch64-linux-gnu-armv8-a"
 HEADER_CHECKS = {
     "C99": "cc -std=c99 -pedantic-errors -Wall -Wextra -Werror -x c",
     "C++17": "c++ -std=c++17 -pedantic-errors -Wall -Wextra -Werror -x c++",
@@ -233,9 +235,17 @@ def run_tsan(results):
                [*as_root(), "env", f"GPOMD={THREAD}/gpomd"])
 
 
-def run_endian(results):
-    run_check(results, "endian: snapshots have the same bytes on a big-endian processor",
-              ["tests/endian/check.py"], show=True)
+def run_processors(results):
+    """Those that are not this machine's, in QEMU."""
+    for name, title in ("s390x", "a big-endian processor"), ("aarch64", "64-bit Arm"):
+        run_check(results, f"processors: snapshots have the same bytes on {title}",
+                  ["tests/processors/check.py", name], show=True)
+    if not (os.path.exists(f"{ARM64}/core_tests") and shutil.which("qemu-aarch64")):
+        results.skip("unit-aarch64", "no cross compiler or QEMU: `make processors` gets them")
+        return
+    run_check(results, "processors: a C99 program runs on 64-bit Arm",
+              ["qemu-aarch64", f"{ARM64}/api_c99"])
+    run_doctest(results, "unit-aarch64", f"{ARM64}/core_tests", "qemu-aarch64")
 
 
 def run_firmware(results):
@@ -303,7 +313,7 @@ SUITES = {
     "linux-sanitize": run_linux_sanitize,
     "tsan": run_tsan,
     "can": run_can,
-    "endian": run_endian,
+    "processors": run_processors,
     "firmware": run_firmware,
     "install": lambda results: run_pytest(results, "install", "tests/install"),
     "instructions": run_instructions,
