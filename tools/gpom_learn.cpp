@@ -37,6 +37,7 @@ struct Options {
     int n_hits = 8;
     int n_free = 8;
     bool composite = false;
+    bool live = false;
 };
 
 void declare_data(CLI::App &app, Options &options)
@@ -108,6 +109,9 @@ void declare_options(CLI::App &app, Options &options)
                    "Longest length scale [m]: it decides how far the map reaches")
         ->check(CLI::Range(0.1, 1000.0))
         ->capture_default_str();
+    app.add_flag("--live", options.live,
+                 "Last, learn sn2_once, which only live maps feel: by live maps of all scans in\n"
+                 "order, or of the first stretch");
     app.add_flag("--composite", options.composite,
                  "With --method lml: over local neighbourhoods, not one subset");
 }
@@ -128,7 +132,7 @@ std::vector<gpom_kernel_t> kernels_of(const std::string &name)
     return kernels;
 }
 
-LearnData data_of(const Options &options)
+std::vector<LearnSource> sources_of(const Options &options)
 {
     const bool street = !options.truth_paths.empty();
     if (street && options.truth_paths.size() != options.scans_paths.size()) {
@@ -140,15 +144,20 @@ LearnData data_of(const Options &options)
     for (std::size_t i = 0; i < options.scans_paths.size(); ++i) {
         sources.push_back({options.scans_paths[i], street ? options.truth_paths[i] : ""});
     }
+    return sources;
+}
+
+DataOptions data_options(const Options &options)
+{
+    const bool street = !options.truth_paths.empty();
     const std::size_t n_default = street ? kStreetPlaces : kLogPlaces;
     const bool lml = options.method == "lml";
-    const DataOptions data{options.range_max_m,
-                           options.first_m,
-                           options.fraction.value_or(street ? 1.0 : 0.04),
-                           lml ? n_default : options.n_points.value_or(n_default),
-                           kHeldOutPlaces,
-                           options.seed};
-    return street ? street_data(sources, data) : log_data(sources, data);
+    return {options.range_max_m,
+            options.first_m,
+            options.fraction.value_or(street ? 1.0 : 0.04),
+            lml ? n_default : options.n_points.value_or(n_default),
+            kHeldOutPlaces,
+            options.seed};
 }
 
 FitOptions fit_options(const Options &options)
@@ -183,6 +192,8 @@ LmlOptions lml_options(const Options &options)
 
 /// What is asked for, checked before long files are read.
 struct Plan {
+    std::vector<LearnSource> sources;
+    DataOptions data;
     std::vector<gpom_kernel_t> kernels;
     FitOptions fitting;
     LmlOptions lml;
@@ -191,8 +202,18 @@ struct Plan {
 
 Plan plan_of(const Options &options)
 {
-    return {kernels_of(options.kernel), fit_options(options), lml_options(options),
-            options.method == "lml"};
+    if (options.live && !options.truth_paths.empty()) {
+        throw std::runtime_error("--live: not with --truth; a simulated street has no wrong "
+                                 "returns to tell from right ones");
+    }
+    return {sources_of(options),  data_options(options), kernels_of(options.kernel),
+            fit_options(options), lml_options(options),  options.method == "lml"};
+}
+
+LearnData data_of(const Plan &plan)
+{
+    const bool street = !plan.sources.front().truth_path.empty();
+    return street ? street_data(plan.sources, plan.data) : log_data(plan.sources, plan.data);
 }
 
 std::vector<JudgedFit> fits_of(const Plan &plan, const LearnData &data)
@@ -212,6 +233,20 @@ std::vector<JudgedFit> fits_of(const Plan &plan, const LearnData &data)
     return fits;
 }
 
+/// Learn what live maps alone feel; nothing if that is not asked for.
+std::optional<OnceFit> once_of(const Options &options, const Plan &plan, LearntParams &params)
+{
+    if (!options.live) {
+        return {};
+    }
+    Progress progress("live maps");
+    OnceFit fit = fit_once(params, plan.sources, plan.data, [&](double share) {
+        progress.update(static_cast<std::size_t>(1000.0 * share), 1000);
+    });
+    params.sn2_once = fit.factor > 1.0 ? fit.factor * params.sn2 : 0.0;
+    return fit;
+}
+
 std::string how_learnt(const Options &options, const LearnData &data)
 {
     if (options.method == "lml") {
@@ -224,30 +259,41 @@ std::string how_learnt(const Options &options, const LearnData &data)
            std::to_string(data.worlds.size()) + " files.";
 }
 
+/// The files that are asked for, all of one model.
+std::vector<FileContent> files_of(const Options &options, const LearntParams &params,
+                                  const std::string &comment)
+{
+    static_cast<void>(to_library(params)); // refused values leave no file
+    std::vector<FileContent> files = {{options.out_path, params_toml(params, comment)}};
+    if (!options.record_path.empty()) {
+        files.push_back({options.record_path, params_record(params)});
+    }
+    if (!options.header_path.empty()) {
+        files.push_back({options.header_path, params_header(params, comment)});
+    }
+    return files;
+}
+
 void learn(const Options &options)
 {
     const Plan plan = plan_of(options);
-    const LearnData data = data_of(options);
+    const LearnData data = data_of(plan);
     const std::vector<JudgedFit> fits = fits_of(plan, data);
     const auto best =
         std::min_element(fits.begin(), fits.end(), [](const JudgedFit &a, const JudgedFit &b) {
             return a.held_out.nll < b.held_out.nll;
         });
+    LearntParams params = best->fit.params;
+    const std::optional<OnceFit> once = once_of(options, plan, params);
     const std::string comment =
-        params_comment(*best, options.command, how_learnt(options, data), data.how_held_out);
-    static_cast<void>(to_library(best->fit.params)); // refused values leave no file
-    const std::string toml = params_toml(best->fit.params, comment);
-    std::vector<FileContent> files = {{options.out_path, toml}};
-    if (!options.record_path.empty()) {
-        files.push_back({options.record_path, params_record(best->fit.params)});
-    }
-    if (!options.header_path.empty()) {
-        files.push_back({options.header_path, params_header(best->fit.params, comment)});
-    }
+        params_comment(*best, options.command, how_learnt(options, data), data.how_held_out) +
+        (once ? once_comment(*once) : "");
+    const std::vector<FileContent> files = files_of(options, params, comment);
     replace_files(files);
-    std::printf("%s\n%s\n%s", attempts_table(fits).c_str(),
+    std::printf("%s\n%s\n%sHeld out: %s.\n\n%s", attempts_table(fits).c_str(),
                 figures_table(fits, static_cast<std::size_t>(best - fits.begin())).c_str(),
-                ("Held out: " + data.how_held_out + ".\n\n" + toml).c_str());
+                once ? (once_table(*once) + "\n").c_str() : "", data.how_held_out.c_str(),
+                files.front().bytes.c_str());
 }
 
 /// The command line with files as their names alone: the same wherever it was run.

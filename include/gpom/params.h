@@ -79,8 +79,7 @@ typedef struct {
     float sn2_once;           /**< Live maps alone (keep_m > 0, live.h): noise variance of hits that
                                    scans of one time alone saw [1], until a scan of another time
                                    returns from within keep_m, and again once scans that saw through
-                                   the hit took its last count. sn2 .. 1e6, 0: as sn2. Set, not
-                                   learnt. */
+                                   the hit took its last count. sn2 .. 1e6, 0: as sn2. */
 } gpom_params_t;
 
 /** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt ones are better. */

@@ -122,6 +122,28 @@ def test_the_paper_s_model_has_one_noise_and_no_additions(run, log, tmp_path):
     assert params.sn2_free == params.sn2 >= 0.99e-2 * params.sf2
 
 
+def test_live_learns_the_greatest_noise_seen_once_that_live_maps_bear(run, log, csail, tmp_path):
+    """By gpom-live on the same splits: within .5 % of the least of the NLL that is printed."""
+    _, arguments, _ = csail
+    done = run("gpom-learn", *arguments, "--live", "--out", tmp_path / "p.toml")
+    assert done.returncode == 0, done.stderr
+    table = table_of(tmp_path / "p.toml")
+    lines = re.findall(r"^ *([\d.]+) sn2 +([\d.]+)(.*)$", done.stdout, re.MULTILINE)
+    nll = {float(factor): float(value) for factor, value, _ in lines}
+    chosen, = (float(factor) for factor, _, mark in lines if "written" in mark)
+    assert table["sn2_once"] == pytest.approx(chosen * table["sn2"], rel=1e-5)
+    assert chosen > 1 and nll[chosen] <= 1.005 * min(nll.values()) + 1e-4
+    assert all(value > 1.005 * min(nll.values()) - 1e-4
+               for factor, value in nll.items() if factor > chosen)
+    judged = []
+    for seed in range(1000, 1004):
+        done = run("gpom-live", "judge", "--scans", log("csail.log.gz"), "--params",
+                   tmp_path / "p.toml", "--seed", seed)
+        assert done.returncode == 0, done.stderr
+        judged.append(json.loads(done.stdout)["live"]["nll"])
+    assert sum(judged) / len(judged) == pytest.approx(nll[chosen], abs=1e-4)
+
+
 # ---- files --------------------------------------------------------------------------------------
 
 def test_learning_twice_writes_the_same_bytes(run, csail):
@@ -193,6 +215,7 @@ def test_the_header_gives_firmware_the_same_numbers(tool, csail, compiler):
     (["--fix", "fade_m=0.01"], "fade_m: must be"),
     (["--fix", "gap_m=0.1,depth_m=9"], "depth_m: must be"),
     (["--points", "many"], "--points"),
+    (["--live", "--truth", "a.pgm"], "--live: not with --truth"),
 ])
 def test_bad_arguments_are_one_line_and_nothing_is_written(run, street, tmp_path, more, complaint):
     out = tmp_path / "p.toml"

@@ -60,12 +60,9 @@ Trial log_trial(const EvalOptions &options)
 {
     Trial trial;
     trial.mode = "log";
-    std::vector<Scan> scans =
-        evenly_taken(read_scans(options.scans_path, {options.range_max_m}), kLogScansMax);
-    scans = after_metres(std::move(scans), options.after_m);
-    for (Scan &scan : scans) {
-        scan.range_max_m = std::min(scan.range_max_m, options.range_max_m);
-    }
+    const std::vector<Scan> scans =
+        after_metres(evenly_taken(read_log(options.scans_path, options.range_max_m), kLogScansMax),
+                     options.after_m);
     LogSplit split = split_of(options, scans);
     const double half_width_rad = 0.5 * options.beam_width_deg * kPi / 180.0;
     trial.beams = beams_of(split.training, half_width_rad);

@@ -32,19 +32,14 @@ LearnBeam beam_of(const Scan &scan, std::size_t i_scan, std::size_t i_beam)
             hit};
 }
 
-/// A street's scans know their usable range; a log's is no longer than asked.
+/// Of a log some, and only then their first stretch, so that it is as dense as the whole.
 std::vector<Scan> scans_of(const LearnSource &source, const DataOptions &options)
 {
-    std::vector<Scan> scans = read_scans(source.scans_path, {options.range_max_m});
-    for (Scan &scan : scans) {
-        if (source.truth_path.empty()) {
-            scan.range_max_m = std::min(scan.range_max_m, options.range_max_m);
-        }
-    }
-    if (source.truth_path.empty()) { // first, so that a stretch is as dense as the whole
-        scans = evenly_taken(std::move(scans), kLogScansMax);
-    }
-    return first_metres(std::move(scans), options.first_m);
+    const bool is_log = source.truth_path.empty();
+    return first_metres(
+        is_log ? evenly_taken(read_log(source.scans_path, options.range_max_m), kLogScansMax)
+               : read_scans(source.scans_path, {options.range_max_m}),
+        options.first_m);
 }
 
 void require_hits(const LearnSource &source, const LearnWorld &world)

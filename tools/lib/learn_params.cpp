@@ -108,6 +108,7 @@ gpom_params_t to_library(const LearntParams &params)
     rounded.ell_m = static_cast<float>(params.ell_m);
     rounded.sn2 = static_cast<float>(params.sn2);
     rounded.sn2_free = static_cast<float>(params.sn2_free);
+    rounded.sn2_once = static_cast<float>(params.sn2_once);
     rounded.alpha = static_cast<float>(params.alpha);
     rounded.beta = static_cast<float>(params.beta);
     rounded.gap_m = static_cast<float>(params.gap_m);

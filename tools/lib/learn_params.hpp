@@ -15,8 +15,7 @@ namespace gpom_tools
 constexpr double kLogDistanceMax = 30.0;
 constexpr double kLogDistanceMin = 0.02;
 
-/// gpom_params_t without rounding; the same names and neutral values. Without sn2_once, which maps
-/// that keep every beam, as learning's do, would not feel.
+/// gpom_params_t without rounding; the same names and neutral values.
 struct LearntParams {
     gpom_kernel_t kernel = GPOM_KERNEL_MATERN12;
     double sf2 = 1.0;
@@ -25,6 +24,7 @@ struct LearntParams {
     double ell_m = 8.0;
     double sn2 = 0.2;
     double sn2_free = 0.2;
+    double sn2_once = 0.0; ///< By fit_once(): maps that keep every beam do not feel it.
     double alpha = 10.0;
     double beta = 0.0;
     double gap_m = 0.1;

@@ -2,7 +2,6 @@
 
 #include "tools/lib/eval_trial.hpp"
 #include "tools/lib/live_report.hpp"
-#include "tools/lib/metrics.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/progress.hpp"
 #include "tools/lib/unchanged_points.hpp"
@@ -24,14 +23,9 @@ constexpr std::size_t kNearScans = 50;
 /// Stream of numbers besides the split's, which has the seed itself.
 constexpr std::uint64_t kDrawSeed = 2000;
 
-struct Data {
-    std::vector<Scan> scans;
-    std::vector<TestPoint> points;
-};
-
-Data street_data(const JudgeOptions &options)
+JudgeData street_data(const JudgeOptions &options)
 {
-    Data data{read_scans(options.scans_path, {}), {}};
+    JudgeData data{read_scans(options.scans_path, {}), {}};
     const std::vector<GridBeam> beams =
         beams_of(evenly_taken(data.scans, kNearScans), kHalfSpacing);
     const std::vector<TestPoint> points =
@@ -41,24 +35,26 @@ Data street_data(const JudgeOptions &options)
     return data;
 }
 
-Data log_data(const JudgeOptions &options)
+JudgeData log_data(const JudgeOptions &options)
 {
-    std::vector<Scan> scans = read_scans(options.scans_path, {options.range_max_m});
-    for (Scan &scan : scans) {
-        scan.range_max_m = std::min(scan.range_max_m, options.range_max_m);
-    }
-    LogSplit split = split_log(scans, options.fraction, options.seed);
+    LogSplit split = split_log(read_log(options.scans_path, options.range_max_m), options.fraction,
+                               options.seed);
     return {std::move(split.training), std::move(split.points)};
 }
 
-Json accuracy_json(const HostMap &map, const std::vector<TestPoint> &points)
+Metrics accuracy_of(const HostMap &map, const std::vector<TestPoint> &points)
 {
     const std::vector<gpom_answer_t> answers = map.query(places_of(points));
     std::vector<Prediction> predictions;
     for (std::size_t i = 0; i < points.size(); ++i) {
         predictions.push_back({static_cast<double>(answers[i].probability), points[i].occupied});
     }
-    const Metrics metrics = measure(std::move(predictions));
+    return measure(std::move(predictions));
+}
+
+Json accuracy_json(const HostMap &map, const std::vector<TestPoint> &points)
+{
+    const Metrics metrics = accuracy_of(map, points);
     return {{"kept", gpom_map_beam_count(map.get())},
             {"auc", metrics.auc},
             {"fp_at_tp95", metrics.false_positive_rate},
@@ -94,17 +90,18 @@ std::vector<Scan> drawn(std::vector<Scan> scans, std::size_t n, std::uint64_t se
     return scans;
 }
 
-/// The map of a drive, and the work of its steps.
-Json drive(HostMap &map, const std::vector<Scan> &scans, std::uint64_t step_ops)
+/// The map of a drive, and the work of its steps. advance(n): the first n scans are in it.
+template <class Advance>
+Json drive(HostMap &map, const std::vector<Scan> &scans, std::uint64_t step_ops,
+           const Advance &advance)
 {
-    Progress progress("mapping");
     std::uint64_t ops = 0, ops_max = 0;
     for (std::size_t i = 0; i < scans.size(); ++i) {
         map.insert(scans[i]);
         const std::uint64_t used = map.step(step_ops);
         ops += used;
         ops_max = std::max(ops_max, used);
-        progress.update(i + 1, scans.size());
+        advance(i + 1);
     }
     return {{"mean", static_cast<double>(ops) / static_cast<double>(scans.size())},
             {"max", ops_max},
@@ -113,17 +110,26 @@ Json drive(HostMap &map, const std::vector<Scan> &scans, std::uint64_t step_ops)
 
 } // namespace
 
+Metrics live_accuracy(const gpom_params_t &params, const LiveConfig &live, const JudgeData &data)
+{
+    HostMap map(live_config(params, live, middle_of(data.scans)));
+    drive(map, data.scans, live.step_ops, [](std::size_t) {});
+    return accuracy_of(map, data.points);
+}
+
 Json judge_report(const JudgeOptions &options)
 {
     const gpom_params_t params = read_params(options.params_path);
     const bool is_log = options.truth_path.empty();
-    Data data = is_log ? log_data(options) : street_data(options);
+    JudgeData data = is_log ? log_data(options) : street_data(options);
     const std::vector<TestPoint> unchanged =
         is_log ? unchanged_points(data.points, data.scans) : data.points;
     add_spurious(data.scans, options.spurious, options.seed);
     const gpom_point_t middle = middle_of(data.scans);
     HostMap live(live_config(params, options.live, middle));
-    const Json ops = drive(live, data.scans, options.live.step_ops);
+    Progress progress("mapping");
+    const Json ops = drive(live, data.scans, options.live.step_ops,
+                           [&](std::size_t n) { progress.update(n, data.scans.size()); });
     const std::size_t n = gpom_map_beam_count(live.get());
     HostMap random(params, n, middle);
     random.insert(drawn(data.scans, n, options.seed + kDrawSeed));

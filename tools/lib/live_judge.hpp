@@ -3,10 +3,13 @@
 #define GPOM_TOOLS_LIB_LIVE_JUDGE_HPP
 
 #include "tools/lib/host_map.hpp"
+#include "tools/lib/metrics.hpp"
+#include "tools/lib/protocol.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <string>
+#include <vector>
 
 namespace gpom_tools
 {
@@ -22,6 +25,15 @@ struct JudgeOptions {
     std::size_t n_points = 4000; ///< Of a street, those away from its beams left out.
     std::uint64_t seed = 0;
 };
+
+/// What makes a live map, and what judges it.
+struct JudgeData {
+    std::vector<Scan> scans;
+    std::vector<TestPoint> points;
+};
+
+/// Accuracy of the live map of all scans in their order, stepped after each.
+Metrics live_accuracy(const gpom_params_t &params, const LiveConfig &live, const JudgeData &data);
 
 /// The live map of all scans in their order, stepped after each, against a map of as many beams
 /// drawn at random from the same scans: accuracy, of a log also that at places that had not changed

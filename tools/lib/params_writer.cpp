@@ -58,6 +58,7 @@ std::vector<Entry> entries_of(const LearntParams &params)
     }
     real("sn2", params.sn2);
     real("sn2_free", params.sn2_free);
+    real_unless_0("sn2_once", params.sn2_once);
     real("alpha", params.alpha);
     real("beta", params.beta);
     whole("hits", params.n_hits);

@@ -102,6 +102,15 @@ double squared_distance(gpom_point_t point, const GridBeam &beam)
 
 } // namespace
 
+std::vector<Scan> read_log(const std::string &path, double range_max_m)
+{
+    std::vector<Scan> scans = read_scans(path, {range_max_m});
+    for (Scan &scan : scans) { // scans of a CSV file know their own
+        scan.range_max_m = std::min(scan.range_max_m, range_max_m);
+    }
+    return scans;
+}
+
 std::vector<Scan> evenly_taken(std::vector<Scan> scans, std::size_t n)
 {
     if (scans.size() <= n) {

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <string>
 #include <vector>
 
 namespace gpom_tools
@@ -42,6 +43,9 @@ struct TestPoint {
     gpom_point_t at;
     bool occupied;
 };
+
+/// All scans of a log; the usable range of none is longer than range_max_m. Throws FileError.
+std::vector<Scan> read_log(const std::string &path, double range_max_m);
 
 /// At most n scans, evenly taken, the first and the last among them.
 std::vector<Scan> evenly_taken(std::vector<Scan> scans, std::size_t n);
