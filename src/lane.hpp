@@ -15,6 +15,10 @@
 #include <stdint.h>
 #include <string.h>
 
+#ifdef __aarch64__
+#include <arm_neon.h>
+#endif
+
 #ifndef GPOM_LANES
 #define GPOM_LANES 1
 #endif
@@ -109,12 +113,17 @@ inline void clear_upper_parts()
 /// mask ? a : b, lane by lane.
 template <class M, class V> inline V select(M mask, V a, V b) { return mask ? a : b; }
 
-/// Bit i set where the mask holds in lane i. x86 has an instruction for it that the compiler does
-/// not find.
+/// Bit i set where the mask holds in lane i. x86 has an instruction for it, Arm one for the sum of
+/// all lanes, that the compiler does not find.
 template <class M> inline uint32_t bits_of_mask(M mask)
 {
     if constexpr (sizeof(M) <= sizeof(int)) {
         return mask != 0 ? 1u : 0u; // a bool, or an int once combined
+#ifdef __aarch64__
+    } else if constexpr (sizeof(M) == 16) {
+        constexpr Lane<4>::U kBits = {1, 2, 4, 8};
+        return vaddvq_u32(reinterpret_cast<Lane<4>::U>(mask) & kBits);
+#endif
 #ifdef __SSE2__
     } else if constexpr (sizeof(M) == 16) {
         return static_cast<uint32_t>(__builtin_ia32_movmskps(reinterpret_cast<Lane<4>::F>(mask)));

@@ -30,7 +30,8 @@ HOST_SIDE = {"ports/cortex_m/icount_plugin.c", "ports/template/host_test.c",
 
 PUBLIC_SYSTEM_HEADERS = {"stddef.h", "stdint.h", "stdbool.h", "limits.h", "float.h"}
 CORE_SYSTEM_HEADERS = PUBLIC_SYSTEM_HEADERS | {
-    "cfloat", "climits", "cstddef", "cstdint", "limits", "type_traits", "math.h", "string.h"}
+    "cfloat", "climits", "cstddef", "cstdint", "limits", "type_traits", "math.h", "string.h",
+    "arm_neon.h"}
 
 BANNED_WORDS = {"manager", "handler", "util", "utils", "helper", "helpers"}
 BANNED_CALLS = [
