@@ -9,8 +9,10 @@
 #include <doctest/doctest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <set>
 #include <string>
 #include <vector>
@@ -246,6 +248,38 @@ TEST_CASE("the loss is the same to the last bit with any number of threads")
     }
 }
 
+/// True if the n-th and the next of some distances are equal but for a float's rounding. Those that
+/// are equal, as to free segments that all begin at the sensor, are told apart by ids.
+bool is_tie(std::vector<double> distances_m, int n)
+{
+    std::sort(distances_m.begin(), distances_m.end());
+    const auto last = static_cast<std::size_t>(n) - 1;
+    const double gap_m = last + 1 < distances_m.size() ? distances_m[last + 1] - distances_m[last]
+                                                       : std::numeric_limits<double>::infinity();
+    return gap_m > 0.0 && gap_m < 1e-5;
+}
+
+/// True if map and learning may rightly take different neighbours for a place.
+bool has_tie(const LearnWorld &world, const LearntParams &params, const LearnPlace &place)
+{
+    std::vector<double> to_hits_m, to_free_m;
+    for (const LearnBeam &beam : world) {
+        const double x_m = place.x_m - beam.x_m;
+        const double y_m = place.y_m - beam.y_m;
+        const auto distance_m = [&](double along_m) {
+            return std::hypot(x_m - along_m * beam.dir_x, y_m - along_m * beam.dir_y);
+        };
+        const double along_m = x_m * beam.dir_x + y_m * beam.dir_y;
+        const double end_m = beam.range_m;
+        if (beam.hit) {
+            to_hits_m.push_back(distance_m(std::clamp(along_m, end_m, end_m + params.depth_m)));
+        }
+        to_free_m.push_back(
+            distance_m(std::clamp(along_m, 0.0, end_m - (beam.hit ? params.gap_m : 0.0))));
+    }
+    return is_tie(to_hits_m, params.n_hits) || is_tie(to_free_m, params.n_free);
+}
+
 // What is learnt is worth nothing if the map computes something else.
 TEST_CASE("the probability is the library's, with every addition neutral and with all at work")
 {
@@ -274,10 +308,15 @@ TEST_CASE("the probability is the library's, with every addition neutral and wit
             }
             const std::vector<gpom_answer_t> answers = map.query(points);
             double worst = 0.0;
+            int n_ties = 0;
             for (std::size_t i = 0; i < places.size(); ++i) {
-                worst = std::max(
-                    worst, std::fabs(predictions[i].probability - double{answers[i].probability}));
+                const bool is_unclear = has_tie(world, params, places[i]);
+                const double error =
+                    std::fabs(predictions[i].probability - double{answers[i].probability});
+                n_ties += is_unclear ? 1 : 0;
+                worst = is_unclear ? worst : std::max(worst, error);
             }
+            CHECK(n_ties < 10);
             CAPTURE(kernel);
             CAPTURE(params.vote);
             CHECK(worst < 3e-4); // float32 against double, noise 0.08 or more
