@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <set>
 #include <string>
 #include <vector>
@@ -248,15 +247,20 @@ TEST_CASE("the loss is the same to the last bit with any number of threads")
     }
 }
 
-/// True if the n-th and the next of some distances are equal but for a float's rounding. Those that
-/// are equal, as to free segments that all begin at the sensor, are told apart by ids.
+/// True if a float's rounding may decide which of some distances are the n least: the n-th and the
+/// next are as good as equal, but not all as good as equal to them are equal. Those that are, as to
+/// free segments that all begin at the sensor, are told apart by ids.
 bool is_tie(std::vector<double> distances_m, int n)
 {
+    constexpr double kRounding_m = 1e-5;
     std::sort(distances_m.begin(), distances_m.end());
-    const auto last = static_cast<std::size_t>(n) - 1;
-    const double gap_m = last + 1 < distances_m.size() ? distances_m[last + 1] - distances_m[last]
-                                                       : std::numeric_limits<double>::infinity();
-    return gap_m > 0.0 && gap_m < 1e-5;
+    const auto last = distances_m.begin() + n - 1;
+    if (distances_m.end() - last < 2 || *(last + 1) > *last + kRounding_m) {
+        return false;
+    }
+    return std::any_of(distances_m.begin(), distances_m.end(), [&](double d_m) {
+        return d_m != *last && std::fabs(d_m - *last) <= kRounding_m;
+    });
 }
 
 /// True if map and learning may rightly take different neighbours for a place.
