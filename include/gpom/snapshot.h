@@ -56,7 +56,8 @@ typedef struct {
     uint64_t sequence;     /**< Number of the snapshot: greater than that of the newest found. */
     uint32_t slot;         /**< 0 or 1: where it is. */
     uint32_t n_beams;      /**< Beams written, or in the map after reading. */
-    uint32_t n_dropped;    /**< Reading: beams that did not fit into a smaller map: the oldest. */
+    uint32_t n_dropped;    /**< Reading: beams without a place: the oldest where the map is smaller,
+                                and of those that wait for confirmation. */
     uint32_t n_restarts;   /**< Writing: started over because the map was cleared, its frame
                                 jumped or its origin moved. */
     uint8_t params_differ; /**< Reading: 1: written with other hyperparameters. The beams are raw

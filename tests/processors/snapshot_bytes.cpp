@@ -1,4 +1,4 @@
-// A snapshot made or read on this processor, to compare with another of other byte order.
+// A snapshot made or read on this processor, to compare with another one's.
 //
 // usage: snapshot_bytes write PATH    insert fixed scans, write two snapshots to PATH.0 and PATH.1
 //        snapshot_bytes read PATH     read the newest
