@@ -142,17 +142,25 @@ class Bus:
         self.bus.send(can.Message(arbitration_id=error_class, is_error_frame=True,
                                   is_extended_id=False, data=bytes(8)))
 
-    def next(self, name, holds=lambda fields: True, seconds=PATIENCE_S):
-        """The next message of gpomd with a name for which something holds; its fields."""
+    def take(self, name, n, seconds=PATIENCE_S):
+        """The next n frames of gpomd with a name; fewer if they do not come in time."""
         identifier = DBC.get_message_by_name(name).frame_id
         deadline = time.monotonic() + seconds
-        last = None
-        while time.monotonic() < deadline:
+        frames = []
+        while len(frames) < n and time.monotonic() < deadline:
             frame = self.bus.recv(0.2)
             if frame is not None and frame.arbitration_id == identifier:
-                last = decoded(identifier, frame.data)
-                if holds(last):
-                    return last
+                frames.append(frame)
+        return frames
+
+    def next(self, name, holds=lambda fields: True, seconds=PATIENCE_S):
+        """The next message of gpomd with a name for which something holds; its fields."""
+        deadline = time.monotonic() + seconds
+        last = None
+        while frames := self.take(name, 1, deadline - time.monotonic()):
+            last = decoded(frames[0].arbitration_id, frames[0].data)
+            if holds(last):
+                return last
         raise AssertionError(f"no such {name}; the last: {last}")
 
     def flush(self):
