@@ -70,14 +70,15 @@ Vector direction_of_offset(const Vector &offset)
     return length > 0.0 ? Vector(offset / length) : Vector(0.0, 0.0);
 }
 
-/// Angle from one unit vector to another, -pi .. pi: from their distance, as a cosine is blind to
-/// small turns.
+/// Angle from one unit vector to another, -pi .. pi: from the distance of those two, or of one and
+/// the other's opposite, that lie nearer, as a cosine is blind to small angles.
 double turn_between(const Vector &in, const Vector &out)
 {
-    const double half_square = 0.5 * (out - in).squaredNorm();
+    const double side = in.dot(out) < 0.0 ? -1.0 : 1.0;
+    const double half_square = 0.5 * (out - side * in).squaredNorm();
     const double cross = in.x() * out.y() - in.y() * out.x();
-    const float arc = asin_of_complement(static_cast<float>(half_square));
-    const double angle_rad = 0.5 * kPi - static_cast<double>(arc);
+    const float arc = acute_asin_of_complement(static_cast<float>(half_square));
+    const double angle_rad = 0.5 * kPi - side * static_cast<double>(arc);
     return cross < 0.0 ? -angle_rad : angle_rad;
 }
 

@@ -166,9 +166,9 @@ TEST_CASE("a path query equals brute force over its samples")
         const PathAnswer stopped = query_path(map.get(), path);
         CHECK(stopped.result.flags == GPOM_PATH_STOPPED);
         CHECK(stopped.result.n_samples == i_first + 1);
-        // A corner's turn is a float, from a cosine: by 180 degrees it is known to 4e-4 rad.
-        CHECK(std::abs(stopped.result.x_m - samples[i_first].place.x_m) <= 4e-4 * radius_m + 1e-6);
-        CHECK(std::abs(stopped.result.y_m - samples[i_first].place.y_m) <= 4e-4 * radius_m + 1e-6);
+        // A corner's turn is a float: known to 6e-7 rad.
+        CHECK(std::abs(stopped.result.x_m - samples[i_first].place.x_m) <= 1e-6);
+        CHECK(std::abs(stopped.result.y_m - samples[i_first].place.y_m) <= 1e-6);
         CHECK(std::abs(stopped.result.arc_m - samples[i_first].arc_m) <= 1e-9);
     }
 }
