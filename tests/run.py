@@ -22,6 +22,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import time
 import xml.etree.ElementTree as ElementTree
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -342,10 +343,12 @@ def main():
     for choice in args.suites:
         for suite in {"base": BASE, "extra": EXTRA}.get(choice, [choice]):
             before = (results.passed, results.failed, results.skipped)
+            begin_s = time.monotonic()
             SUITES[suite](results)
             counts = [now - then for now, then in
                       zip((results.passed, results.failed, results.skipped), before)]
-            print("{:<14} {} passed, {} failed, {} skipped".format(suite, *counts), flush=True)
+            print("{:<14} {} passed, {} failed, {} skipped, {:.0f} s".format(
+                suite, *counts, time.monotonic() - begin_s), flush=True)
     if args.summary:
         with open(args.summary, "w", encoding="utf-8") as file:
             json.dump(vars(results), file)

@@ -280,14 +280,21 @@ def fresh_map(world, watch, n=4):
 FINE = {"raster": "cell_m = 0.25\nnx = 128\nny = 128\ncorner = [4.0, 64.0]"}
 
 
-def keep_fresh(world, watch, holds):
-    """Scans and poses until something holds."""
+def retry(attempt):
+    """Until an attempt has a result."""
     deadline = time.monotonic() + PATIENCE_S
     while time.monotonic() < deadline:
-        fresh_map(world, watch, 1)
-        if (result := holds()) is not None:
+        if result := attempt():
             return result
     raise AssertionError("never")
+
+
+def keep_fresh(world, watch, holds):
+    """Scans and poses until something holds."""
+    def attempt():
+        fresh_map(world, watch, 1)
+        return holds()
+    return retry(attempt)
 
 
 def all_sectors(bus):
@@ -348,35 +355,33 @@ def test_fd_frames_agree_with_the_classic_ones_and_tiles_with_the_published_map(
     assert fields["State"] == "Mapping"
     assert all(5.0 < fields[f"Distance{k:02}"] <= 8.0 for k in range(28))
     assert fields["Stamp"] == pytest.approx(now_us() // 1000 % 2**32, abs=5000)
-    keep_fresh(world, watch, lambda: watch.map.is_whole or None)
 
-    def agree():  # once all cells are evaluated
-        watch.collect(0.2)
-        tiles = take_tiles(bus)
-        return tiles if levels_agree(tiles, watch.map.probability) else None
-    tiles = keep_fresh(world, watch, agree)
-    assert len(tiles) == N_TILES
+    def tiles_of_settled_map():
+        watch.request_keyframe()
+        is_held = watch.collect_settled(PATIENCE_S) and watch.map.is_whole
+        return is_held and take_tiles(bus)
+    tiles = retry(tiles_of_settled_map)
+    assert n_levels_that_agree(tiles, watch.map.probability) > 3
     for tile in tiles.values():
         assert tile["CellSize"] == pytest.approx(0.25) and tile["Tiles"] == N_TILES
         assert (tile["ReferenceX"], tile["ReferenceY"]) == (20 // 2, 80 // 2)
 
 
-def levels_agree(tiles, codes):
-    """Are the tiles' levels those of the published map's codes? Both are rounded up."""
+def n_levels_that_agree(tiles, codes):
+    """How many different levels the tiles have, each that of the published map's code: both are
+    rounded up."""
     seen = set()
     for (tx, ty), tile in tiles.items():
         for i in range(64):
             column = (tile["ReferenceX"] + tx) * 8 + i % 8 - 16  # the raster begins at cell 16,
             row = (tile["ReferenceY"] + ty) * 8 + i // 8 - 256  # and at 256
             code, level = int(codes[row, column]), tile[f"Probability{i % 8}{i // 8}"]
-            if (code == 255) != (level == "Unknown"):
-                return False
+            assert (code == 255) == (level == "Unknown"), (row, column, code, level)
             if code != 255:
                 seen.add(round(14 * level))
                 low, high = (math.ceil(14 * (code + by) / 254) for by in (-1, 0))
-                if not low <= round(14 * level) <= high:
-                    return False
-    return len(seen) > 3
+                assert low <= round(14 * level) <= high, (row, column, code, level)
+    return len(seen)
 
 
 def take_tiles(bus):
@@ -410,7 +415,7 @@ def test_the_stop_example_goes_beside_gpomd_and_stops_when_it_hangs(start, bus, 
                                            clock_ms())
         return library.gpom_stop_may_go(stop, clock_ms())
     assert not goes()
-    keep_fresh(world, watch, lambda: True if goes() else None)
+    keep_fresh(world, watch, goes)
     os.kill(daemon.process.pid, signal.SIGSTOP)
     try:
         deadline = time.monotonic() + PATIENCE_S
@@ -419,7 +424,7 @@ def test_the_stop_example_goes_beside_gpomd_and_stops_when_it_hangs(start, bus, 
         assert not goes()
     finally:
         os.kill(daemon.process.pid, signal.SIGCONT)
-    keep_fresh(world, watch, lambda: True if goes() else None)
+    keep_fresh(world, watch, goes)
     assert daemon.stop() == 0
     assert not goes(), "its last word is that it stops"
 
