@@ -111,9 +111,13 @@ uint32_t run_phase(Index &index, uint32_t budget)
     return used;
 }
 
-/// A box seen from another origin, widened by what rounding may have moved its items.
+/// A box seen from another origin, widened by what rounding may have moved its items; an empty one
+/// stays empty.
 Box shifted(const Box &box, float dx_m, float dy_m)
 {
+    if (box.x_min_m > box.x_max_m) {
+        return box;
+    }
     const float reach_m = lane::abs(box.x_min_m) + lane::abs(box.y_min_m) + lane::abs(box.x_max_m) +
                           lane::abs(box.y_max_m) + lane::abs(dx_m) + lane::abs(dy_m);
     const float slack_m = kBoxSlack * reach_m;

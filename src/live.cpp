@@ -31,26 +31,31 @@ Chord chord_of(const Beam &beam, const Point &centre, float radius_m)
     return {along - half, along + half};
 }
 
-/// End a beam before a disc: what it tells of the way there stays.
+/// End a beam before a disc: what it tells of the way there stays, no more than was free.
 void cut_end(gpom_map &map, uint32_t slot, float enter_m)
 {
     Beam &beam = map.index.beams[slot];
-    if (beam.has_free == 0 || !(enter_m > 0.0f)) {
+    const float free_m = lane::min(enter_m, map.index.free_part(beam).length_m);
+    if (beam.has_free == 0 || !(free_m > 0.0f)) {
         drop_beam(map, slot);
         return;
     }
     mark_beam(map, beam);
-    beam.range_m = enter_m;
+    beam.range_m = free_m;
     beam.returned = 0;
     if (has_hit(beam)) {
         remove_hit(map.index, slot);
     }
 }
 
-/// Begin a beam behind a disc.
+/// Begin a beam behind a disc; its hit alone stays where nothing free is left.
 void cut_start(gpom_map &map, uint32_t slot, float leave_m)
 {
     Beam &beam = map.index.beams[slot];
+    if (!(leave_m < map.index.free_part(beam).length_m)) {
+        drop_free(map, slot);
+        return;
+    }
     mark_beam(map, beam);
     beam.x_m += leave_m * beam.dir_x;
     beam.y_m += leave_m * beam.dir_y;
@@ -157,10 +162,14 @@ void move_origin(gpom_map &map, const Eigen::Vector2d &step_m)
         shift_origin(map.index, static_cast<float>(dx_m), static_cast<float>(dy_m));
         drop_out_of_reach(map);
     }
-    map.stats.beams_forgotten += n_before - map.index.n_beams;
+    const uint32_t n_gone = n_before - map.index.n_beams;
+    map.stats.beams_forgotten += n_gone;
     map.config.origin_x_m += dx_m;
     map.config.origin_y_m += dy_m;
     lowres_rebase(map.lowres, dx_m, dy_m);
+    if (n_gone > 0) {
+        lowres_mark_all(map.lowres);
+    }
 }
 
 } // namespace gpom
@@ -203,11 +212,14 @@ gpom_status_t gpom_map_jump(gpom_map_t *map, gpom_jump_t rule, const gpom_disc_t
     if (!gpom::is_map(map) || !is_known) {
         return GPOM_ERR_ARG;
     }
-    gpom::lowres_start_epoch(map->lowres);
-    if (rule == GPOM_JUMP_FORGET) {
+    const bool clears = rule == GPOM_JUMP_CLEAR;
+    gpom::lowres_start_epoch(map->lowres, clears);
+    if (clears) {
+        gpom::drop_all(*map);
+    } else if (rule == GPOM_JUMP_FORGET) {
         gpom::forget_disc(*map, *disc);
     }
-    return rule == GPOM_JUMP_CLEAR ? gpom_map_clear(map) : GPOM_OK;
+    return GPOM_OK;
 }
 
 gpom_status_t gpom_map_origin(const gpom_map_t *map, gpom_point_t *origin)

@@ -14,7 +14,7 @@ namespace gpom
 Eigen::Vector2d origin_step(const gpom_map &map, double x_m, double y_m);
 
 /// Move the origin. Beams out of reach from there are forgotten. O(1) if the step is zero, else
-/// O(beam_max).
+/// O(beam_max + cells).
 void move_origin(gpom_map &map, const Eigen::Vector2d &step_m);
 
 } // namespace gpom

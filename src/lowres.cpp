@@ -13,6 +13,9 @@ namespace
 /// Greatest cell number; float64 tells neighbouring cells apart far beyond it.
 constexpr double kCellNumberMax = 1e9;
 
+/// However large, cells about the map frame's zero are four.
+constexpr uint32_t kFocusCellsMin = 4;
+
 constexpr double kVarianceSteps = 255.0;
 constexpr double kProbabilitySteps = 65535.0;
 
@@ -89,6 +92,17 @@ void move_window(const Lowres &lowres, Layer &layer, int32_t ix0, int32_t iy0)
     layer.n_stale = place_count(layer.window);
 }
 
+/// All cells unknown and dirty, within a change.
+void reset_layers(Lowres &lowres)
+{
+    for (Layer &layer : lowres.layers) {
+        reset_all(lowres, layer);
+        layer.n_stale = place_count(layer.window);
+    }
+    lowres.near = {0, 0};
+    lowres_count_change(lowres);
+}
+
 /// First cell of a window of n cells so that the robot's is at most n / 8 off its middle.
 int32_t followed(int32_t first, uint32_t n, int32_t robot)
 {
@@ -160,6 +174,9 @@ bool is_lowres_config(const gpom_config_t &config)
     }
     if (config.lowres_nx == 0 && config.lowres_ny == 0) {
         return config.focus_cell_max == 0;
+    }
+    if (config.focus_cell_max > 0 && config.focus_cell_max < kFocusCellsMin) {
+        return false;
     }
     if (config.lowres_nx == 0 || config.lowres_ny == 0 ||
         !is_between(config.lowres_cell_m, 1e-3, 1e6)) {
@@ -238,12 +255,7 @@ void lowres_init(Lowres &lowres, const gpom_config_t &config, Cell *cells)
 void lowres_clear(Lowres &lowres)
 {
     begin_change(lowres);
-    for (Layer &layer : lowres.layers) {
-        reset_all(lowres, layer);
-        layer.n_stale = place_count(layer.window);
-    }
-    lowres.near = {0, 0};
-    lowres_count_change(lowres);
+    reset_layers(lowres);
     end_change(lowres);
 }
 
@@ -258,8 +270,8 @@ void lowres_restore(Lowres &lowres, const Anchor &anchor, bool has_scans)
         lowres.frame_epoch = anchor.frame_epoch;
     }
     store(lowres.newest_ms, 0);
+    reset_layers(lowres);
     end_change(lowres);
-    lowres_clear(lowres);
 }
 
 void lowres_follow(Lowres &lowres, Point robot, int64_t stamp_us)
@@ -285,10 +297,22 @@ void lowres_follow(Lowres &lowres, Point robot, int64_t stamp_us)
     }
 }
 
-void lowres_start_epoch(Lowres &lowres)
+void lowres_rebase(Lowres &lowres, double dx_m, double dy_m)
+{
+    lowres.origin_x_m += dx_m;
+    lowres.origin_y_m += dy_m;
+    for (Layer &layer : lowres.layers) {
+        layer.n_stale = place_count(layer.window);
+    }
+}
+
+void lowres_start_epoch(Lowres &lowres, bool clears)
 {
     begin_change(lowres);
     ++lowres.frame_epoch;
+    if (clears) {
+        reset_layers(lowres);
+    }
     lowres_count_change(lowres);
     end_change(lowres);
 }

@@ -136,16 +136,13 @@ void lowres_mark_box(Lowres &lowres, Point low, Point high, float reach_m);
 
 void lowres_mark_all(Lowres &lowres);
 
-/// The map's origin moved by (dx_m, dy_m); the map frame, and with it every cell, stays.
-inline void lowres_rebase(Lowres &lowres, double dx_m, double dy_m)
-{
-    lowres.origin_x_m += dx_m;
-    lowres.origin_y_m += dy_m;
-}
+/// The map's origin moved by (dx_m, dy_m). The map frame, and with it every cell, stays; what beams
+/// say of it was rounded anew, so that all cells will be evaluated once more.
+void lowres_rebase(Lowres &lowres, double dx_m, double dy_m);
 
-/// The map frame jumped: the next epoch, visible to readers. What becomes of the cells is the
-/// caller's rule.
-void lowres_start_epoch(Lowres &lowres);
+/// The map frame jumped: the next epoch, visible to readers, with the cells as they were or, if
+/// `clears`, at the same moment all unknown and dirty.
+void lowres_start_epoch(Lowres &lowres, bool clears);
 
 /// Evaluate cells in the order of lowres.h. Returns the operations used, never more than `budget`.
 /// The scratch is that of a query; it must be large enough.

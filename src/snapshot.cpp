@@ -304,12 +304,13 @@ bool is_untouched(const State &s, const Index &index)
            index.spare.slots == s.heap;
 }
 
-/// A whole snapshot was found: empty the map and read again. Beams are put into the store unseen:
-/// its slots are not yet in use.
+/// A whole snapshot was found: empty the map and its raster, and read again. Beams are put into the
+/// store unseen: its slots are not yet in use.
 void start_loading(State &s, gpom_map_t &map)
 {
     Index &index = map.index;
     gpom::drop_all(map);
+    gpom::lowres_clear(map.lowres);
     s.n_forgotten = index.n_forgotten;
     s.next_id = index.next_id;
     s.heap = index.spare.slots;

@@ -81,9 +81,9 @@ typedef struct {
     double radius_m; /**< > 0, at most 2 GPOM_REACH_M. */
 } gpom_disc_t;
 
-/** Forget what is known inside a disc: hits in it, and the stretch in it of every free segment. A
- *  beam that ends in it remains as free up to it; of one that crosses it and has a hit the part
- *  behind remains, without a hit the part before.
+/** Forget what is known inside a disc: hits in it, and the stretch in it of every free segment. Of
+ *  a beam that ends in it, its free segment remains up to it; of one that crosses it and has a hit
+ *  the part behind remains, without a hit the part before. Nothing becomes free that was not.
  *
  *  Errors  GPOM_ERR_ARG (null, not finite, radius out of range).
  *  Cost    O(beams kept), and for each beam in the disc the cells near it are marked, at most

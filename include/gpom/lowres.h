@@ -11,13 +11,14 @@
  *  3. the dirty cells of the focus layer, likewise;
  *  4. when none is dirty, all cells once more after the last change, likewise: a beam can change
  *     cells beyond lowres_reach_m by becoming one of their nearest. After that round every cell
- *     equals, rounded as below, what gpom_query_points() says of its centre, whatever the budgets.
+ *     equals, rounded as below, what gpom_query_points() says of its centre, whatever the budgets
+ *     (unless its search was cut: gpom_stats_t::cells_cut).
  *
  *  Of eight groups of cells four begin with 1, three with 2 and one with 3, and then take what
- *  comes next in this order: new scans starve no cell. With a budget of only GPOM_LOWRES_GROUP_OPS
- *  a step, a coarse cell is evaluated within 8 + c / 6 steps after it was marked, c counting the
- *  layer's cells with both sides rounded up to multiples of 4, and a focus cell within
- *  8 + c / 2. */
+ *  comes next in this order: new scans starve no cell. With a budget of GPOM_STEP_OPS_MIN a step
+ *  (live.h), half of which trees may use, a coarse cell is evaluated within 8 + c / 6 steps after
+ *  it was marked, c counting the layer's cells with both sides rounded up to multiples of 4, and a
+ *  focus cell within 8 + c / 2. With less, trees that are being built keep all cells waiting. */
 #ifndef GPOM_LOWRES_H
 #define GPOM_LOWRES_H
 

@@ -284,7 +284,7 @@ TEST_CASE("sequence and epoch are visible to readers")
     const gpom_lowres_info_t driven = raster_of(map.get()).info;
     CHECK(driven.map_sequence == first.map_sequence + 2);
     CHECK(driven.frame_epoch == first.frame_epoch);
-    gpom::lowres_start_epoch(map.get()->lowres);
+    gpom::lowres_start_epoch(map.get()->lowres, false);
     CHECK(raster_of(map.get()).info.frame_epoch == first.frame_epoch + 1);
     CHECK(raster_of(map.get()).info.map_sequence != driven.map_sequence);
 }
@@ -446,6 +446,7 @@ TEST_CASE("configurations of the low-resolution map")
     refused([](gpom_config_t &c) { c.lowres_ny = 0; });
     refused([](gpom_config_t &c) { c.lowres_nx = c.lowres_ny = 0; }); // a focus alone
     refused([](gpom_config_t &c) { c.focus_cell_max = GPOM_CELL_MAX; });
+    refused([](gpom_config_t &c) { c.focus_cell_max = 3; }); // a path may cross both axes
     refused([](gpom_config_t &c) {
         c.lowres_rolling = 1;
         c.origin_x_m = 1e12;

@@ -1,4 +1,5 @@
 // Snapshots under faults: power that fails, bits that flip, blocks that are lost, bytes that lie.
+#include "tests/unit/lowres_fixture.hpp"
 #include "tests/unit/snapshot_medium.hpp"
 
 #include <set>
@@ -369,6 +370,43 @@ TEST_CASE("failing callbacks")
     REQUIRE(gpom_snapshot_read_begin(&snapshot, copy.get(), &io) == GPOM_OK);
     REQUIRE(gpom_snapshot_read_step(&snapshot, copy.get(), 100) == GPOM_OK);
     CHECK(same_version(version_of(copy.get()), older));
+}
+
+// A medium that fails while the map is being filled leaves it empty, and its cells say no more than
+// that: nothing is shown that the map no longer holds.
+TEST_CASE("a reading that fails half way leaves no cell of the old map")
+{
+    GPOM_TELL_SEED();
+    gpom_config_t config = keeping_config(400);
+    config.lowres_nx = config.lowres_ny = 9;
+    config.lowres_cell_m = 10.0;
+    config.lowres_x0_m = config.lowres_y0_m = -45.0;
+    TestMap map(config);
+    fill(map.get(), 482, 0, 300);
+    settle(map.get());
+    Medium medium(400);
+    REQUIRE(write_snapshot(map.get(), medium).status == GPOM_OK);
+    const int n_blocks = static_cast<int>(n_blocks_of(medium.slots[0]));
+    const auto fails_late = [](void *ctx, std::uint32_t slot, std::uint32_t offset,
+                               std::uint8_t *block) {
+        auto &self = *static_cast<Medium *>(ctx);
+        return self.n_reads >= self.lost_block ? GPOM_ERR_IO
+                                               : Medium::read_block(ctx, slot, offset, block);
+    };
+    gpom_snapshot_io_t io = medium.io();
+    io.read = fails_late;
+    medium.n_reads = 0;
+    medium.lost_block = n_blocks + n_blocks / 2; // of reading it a second time
+    gpom_snapshot_t snapshot;
+    REQUIRE(gpom_snapshot_read_begin(&snapshot, map.get(), &io) == GPOM_OK);
+    REQUIRE(gpom_snapshot_read_step(&snapshot, map.get(), 1000) == GPOM_ERR_FORMAT);
+    CHECK(gpom_map_beam_count(map.get()) == 0);
+    gpom_lowres_info_t info;
+    REQUIRE(gpom_lowres_info(map.get(), GPOM_LAYER_COARSE, &info) == GPOM_OK);
+    CHECK(info.n_dirty == 81);
+    gpom_cell_t cell;
+    REQUIRE(gpom_lowres_cell(map.get(), GPOM_LAYER_COARSE, 4, 4, &cell) == GPOM_OK);
+    CHECK(cell.cls == GPOM_UNKNOWN);
 }
 
 // Contracts: what is missing or too small is refused, and a map is not read while it is used.
