@@ -354,7 +354,8 @@ define compile # compiler and flags
 endef
 
 # On a microcontroller what runs seldom, or is short, is compiled for size.
-SMALL := $(if $(filter 1,$(BARE)),index kernel live lowres lowres_mark lowres_read lowres_step map)
+SMALL := $(if $(filter 1,$(BARE)),index kernel known_free live lowres lowres_mark lowres_read \
+    lowres_step map)
 $(SMALL:%=$(BUILD)/obj/src/%.o): SIZE := -Os
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS) $(SIZE))

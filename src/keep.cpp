@@ -299,7 +299,7 @@ void keep(gpom_map &map, const Beam &beam, float gap2_m2)
 /// gave way to something that has gone since is seen anew. True if it did.
 bool renew(gpom_map &map, Beam &beam, uint32_t slot)
 {
-    if (slot == kNoSlot) {
+    if (slot == kNoSlot || map.index.next_id == kIdEnd) {
         return false;
     }
     const Beam &old = map.index.beams[slot];
@@ -370,8 +370,8 @@ bool looks_past(const Ray &neighbour, const Ray &ray, float keep_m)
     if (!(neighbour.range_m > ray.range_m + 2.0f * keep_m)) {
         return false;
     }
-    const float x_m = ray.range_m * (neighbour.dir_x - ray.dir_x);
-    const float y_m = ray.range_m * (neighbour.dir_y - ray.dir_y);
+    const float x_m = ray.range_m * (neighbour.dir_x - ray.dir_x) + (neighbour.x_m - ray.x_m);
+    const float y_m = ray.range_m * (neighbour.dir_y - ray.dir_y) + (neighbour.y_m - ray.y_m);
     return x_m * x_m + y_m * y_m <= keep_m * keep_m;
 }
 
@@ -462,7 +462,7 @@ void consider(gpom_map &map, const Beam &beam, bool sure)
     }
     Group &group = map.keeper.group;
     if (map.config.clear_scans > 0) {
-        note_ray(map, {beam.dir_x, beam.dir_y, beam.range_m});
+        note_ray(map, {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, beam.range_m});
     }
     if (group.n == kGroup) {
         settle_group(map);

@@ -35,9 +35,9 @@ struct Group {
     uint32_t renews[kGroup]; ///< Slot of the oldest hit that beam i ends at, or kNoSlot.
 };
 
-/// Where a beam of a scan runs, from the sensor on.
+/// Where a beam of a scan runs.
 struct Ray {
-    float dir_x, dir_y, range_m;
+    float x_m, y_m, dir_x, dir_y, range_m;
 };
 
 /// A provisional beam; another in its slot has another id.

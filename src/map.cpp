@@ -21,6 +21,9 @@ void gpom_config_init(gpom_config_t *config)
 namespace
 {
 
+/// Least keep_m besides 0 [m]: places are not known to less, and squares of far less vanish.
+constexpr float kKeepMin_m = 1e-3f;
+
 bool is_valid_capacity(const gpom_config_t &config)
 {
     const uint64_t n_cells = gpom::lowres_cell_count(config);
@@ -44,7 +47,8 @@ gpom_status_t check_config(const gpom_config_t *config)
         return GPOM_ERR_ARG;
     }
     const bool keep_ok =
-        is_length(config->keep_m) && is_length(config->far_m) && config->rebase_m >= 0.0f &&
+        is_length(config->keep_m) && (config->keep_m >= kKeepMin_m || config->keep_m == 0.0f) &&
+        is_length(config->far_m) && config->rebase_m >= 0.0f &&
         config->rebase_m <= static_cast<float>(0.5 * GPOM_REACH_M) && config->old_s >= 0.0f &&
         config->old_s <= FLT_MAX && config->clear_scans <= 4 && config->clear_scans != 1 &&
         (config->clear_scans == 0 || config->keep_m > 0.0f);
@@ -192,6 +196,9 @@ gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot, gpom_beam_t 
     }
     const gpom::Beam &kept = map->index.beams[i_slot];
     *beam = gpom_beam_t{};
+    if (!has_hit(kept) && kept.has_free == 0) {
+        return GPOM_OK;
+    }
     beam->x_m = map->config.origin_x_m + static_cast<double>(kept.x_m);
     beam->y_m = map->config.origin_y_m + static_cast<double>(kept.y_m);
     beam->stamp_us = map->lowres.stamp0_us + int64_t{1000} * kept.stamp_ms;

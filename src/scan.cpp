@@ -23,8 +23,8 @@ constexpr float kVarianceMax = 1e12f;
 constexpr float kSureSpacings = 2.0f;
 
 /// The bits that stand for the nth time: on a circle of circumference 2^32, the sector in which the
-/// nth step of 2^32 / golden ratio ends. They differ between any two times up to 33
-/// apart, and no rhythm of scans passes for one time for ever.
+/// nth step of 2^32 / golden ratio ends. They differ between any two times up to 20 apart, and no
+/// rhythm of scans passes for one time for ever.
 uint16_t mark_of(uint32_t time_number)
 {
     constexpr uint32_t kStep = 2654435769u;

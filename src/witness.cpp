@@ -20,9 +20,10 @@ constexpr uint32_t kVectors = kGroup / kWidth;
 /// Rounding of a place's distance from a beam, in parts of the beam's length.
 constexpr float kRounding = 4e-6f;
 
-/// kLanes new beams of a group, all from one place. Lanes beyond its last beam repeat it.
+/// kLanes new beams of a group, from where they start relative to its first. Lanes beyond its last
+/// beam repeat it.
 struct BeamLanes {
-    F dir_x, dir_y, length_m;
+    F x_m, y_m, dir_x, dir_y, length_m;
 };
 
 /// The sector in which all beams of a group run, if it is less than half a turn.
@@ -35,8 +36,8 @@ struct Fan {
 struct Trial {
     gpom_map &map;
     Box box;       ///< Around all its beams, keep_m wider.
-    Point sensor;  ///< Where they start.
-    float reach_m; ///< keep_m, and by how much rounding may shorten a distance.
+    Point sensor;  ///< Where the first starts; in a sweep others start elsewhere.
+    float reach_m; ///< keep_m, how far others start from there, and what rounding may add.
     Fan fan;
     const BeamLanes *lanes; ///< n_vectors of them hold all beams.
     uint32_t n_vectors;
@@ -55,6 +56,8 @@ BeamLanes lanes_of(const Group &group, uint32_t i_vector)
     for (uint32_t i = 0; i < kWidth; ++i) {
         const uint32_t i_beam = i_vector * kWidth + i;
         const Beam &beam = group.beams[i_beam < group.n ? i_beam : group.n - 1];
+        lane::set(lanes.x_m, static_cast<int>(i), beam.x_m - group.beams[0].x_m);
+        lane::set(lanes.y_m, static_cast<int>(i), beam.y_m - group.beams[0].y_m);
         lane::set(lanes.dir_x, static_cast<int>(i), beam.dir_x);
         lane::set(lanes.dir_y, static_cast<int>(i), beam.dir_y);
         lane::set(lanes.length_m, static_cast<int>(i), beam.range_m);
@@ -141,8 +144,8 @@ bool may_matter(const Trial &trial, const Point &at)
 /// Squared distances from the ends of kLanes beams to an occupied part.
 F distance2_of_ends(const BeamLanes &s, const Segment &hit)
 {
-    const F x = s.length_m * s.dir_x - hit.x_m;
-    const F y = s.length_m * s.dir_y - hit.y_m;
+    const F x = s.length_m * s.dir_x + s.x_m - hit.x_m;
+    const F y = s.length_m * s.dir_y + s.y_m - hit.y_m;
     const F along = x * hit.dir_x + y * hit.dir_y;
     const F foot = lane::clamp(along, lane::splat<F>(0.0f), lane::splat<F>(hit.length_m));
     const F dx = x - foot * hit.dir_x;
@@ -150,15 +153,17 @@ F distance2_of_ends(const BeamLanes &s, const Segment &hit)
     return dx * dx + dy * dy;
 }
 
-/// Compare a hit, from the sensor on, with kLanes beams: which end at it if they returned, and
-/// which run by it if they are sure.
+/// Compare a hit, from the group's sensor on, with kLanes beams: which end at it if they returned,
+/// and which run by it if they are sure.
 Witnesses witnesses_of(const BeamLanes &s, const Segment &hit, float keep_m)
 {
-    const F across = lane::abs(F(hit.x_m * s.dir_y - hit.y_m * s.dir_x));
+    const F x = hit.x_m - s.x_m;
+    const F y = hit.y_m - s.y_m;
+    const F across = lane::abs(F(x * s.dir_y - y * s.dir_x));
     if (!lane::any(across < keep_m)) {
         return {0, 0, 0};
     }
-    const F along = hit.x_m * s.dir_x + hit.y_m * s.dir_y;
+    const F along = x * s.dir_x + y * s.dir_y;
     const F to_go = s.length_m - along;
     const F gap2 = across * across + to_go * to_go;
     const F width = lane::min(F(kPass.slope * to_go), lane::splat<F>(keep_m));
@@ -266,8 +271,7 @@ bool contradict(gpom_map &map, uint32_t slot)
 float left_of(const Trial &trial, uint32_t i_beam, const Point &hit)
 {
     const Beam &beam = trial.map.keeper.group.beams[i_beam];
-    const Point at = {hit.x_m - trial.sensor.x_m, hit.y_m - trial.sensor.y_m};
-    return turn({beam.dir_x, beam.dir_y}, at);
+    return turn({beam.dir_x, beam.dir_y}, {hit.x_m - beam.x_m, hit.y_m - beam.y_m});
 }
 
 /// Of the beams beside a hit those that run past it.
@@ -354,6 +358,18 @@ Box box_around(const Group &group, float reach_m)
             box.y_max_m + reach_m};
 }
 
+/// How far from the first beam's start others start, or somewhat more.
+float spread_of(const Group &group)
+{
+    float spread_m = 0.0f;
+    for (uint32_t i = 1; i < group.n; ++i) {
+        const float x_m = group.beams[i].x_m - group.beams[0].x_m;
+        const float y_m = group.beams[i].y_m - group.beams[0].y_m;
+        spread_m = lane::max(spread_m, lane::abs(x_m) + lane::abs(y_m));
+    }
+    return spread_m;
+}
+
 /// Fills `lanes`, kVectors of them.
 Trial trial_of(gpom_map &map, BeamLanes *lanes)
 {
@@ -366,7 +382,8 @@ Trial trial_of(gpom_map &map, BeamLanes *lanes)
     for (uint32_t v = 0; v < n_vectors; ++v) {
         lanes[v] = lanes_of(group, v);
     }
-    return {map, box, sensor, keep_m + kRounding * length_m, fan_of(group), lanes, n_vectors};
+    const float reach_m = keep_m + spread_of(group) + kRounding * length_m;
+    return {map, box, sensor, reach_m, fan_of(group), lanes, n_vectors};
 }
 
 } // namespace

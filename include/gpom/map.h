@@ -30,7 +30,7 @@ extern "C" {
  *  gpom_map_bytes(). 62 bytes a beam: 36 the beam, 8 in each of two trees and in the one being
  *  built, 2 in lists; 8 bytes a cell. */
 #define GPOM_MAP_BYTES(beam_max, cell_max)                                                         \
-    ((size_t)3104 + (size_t)61 * (size_t)(beam_max) + (size_t)(beam_max) / 32 * 9 +                \
+    ((size_t)3120 + (size_t)61 * (size_t)(beam_max) + (size_t)(beam_max) / 32 * 9 +                \
      (size_t)8 * (size_t)(cell_max))
 
 /** What a map is made for. Fill with gpom_config_init(), then change. */
@@ -40,7 +40,7 @@ typedef struct {
     uint32_t clear_scans;  /**< Scans of different times in a row that must see through a hit before
                                 it is given up: 0 (never) or 2 .. 4. Needs keep_m > 0. Default 0. */
     float keep_m;          /**< A return this near to a kept hit confirms it instead of being kept;
-                                >= 0 [m]. Default 0: every beam is kept. */
+                                >= 1e-3 [m], or 0, the default: every beam is kept. */
     float far_m;           /**< When full, a beam this far from the robot is worth half; >= 0 [m].
                                 Default 0: distance does not count. */
     float old_s;           /**< When full, a beam this old is worth half; >= 0 [s]. Default 0: age
@@ -63,7 +63,8 @@ typedef struct {
     double lowres_x0_m;   /**< Lower left corner of a fixed raster, map frame [m]. */
     double lowres_y0_m;   /**< Likewise. */
     uint32_t
-        focus_cell_max;   /**< Most cells of the focus layer, which needs a coarse one; 0: none. */
+        focus_cell_max;   /**< Most cells of the focus layer, which needs a coarse one: >= 4, or 0:
+                               none. */
     float lowres_reach_m; /**< A scan marks the cells whose centres are within this distance of a
                                  beam, free or hit [m]; 0 .. GPOM_REACH_M, 0: two cells. A beam can
                                  change farther cells, too, by becoming one of their nearest: they
@@ -172,7 +173,7 @@ GPOM_API uint32_t gpom_map_beam_count(const gpom_map_t *map);
 GPOM_API uint32_t gpom_map_slot_count(const gpom_map_t *map);
 
 /** Copy the beam in slot `i_slot` (0 .. gpom_map_slot_count() - 1); one that is neither hit nor
- *  free is an empty slot. While nothing was removed, slots are in order of insertion. */
+ *  free is an empty slot, and all 0. While nothing was removed, slots are in order of insertion. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot,
                                                     gpom_beam_t *beam);
 

@@ -296,6 +296,9 @@ void read_map(const TomlTable &root, gpom_config_t &map)
         "; remove it");
     map.beam_max = count_or(table, "beam_max", 20000, 1, GPOM_BEAM_MAX);
     map.keep_m = static_cast<float>(number_or(table, "keep_m", 0.1, {0.0, 1e3}));
+    if (map.keep_m > 0.0f && map.keep_m < 1e-3f) {
+        table.fail("keep_m", "keep_m: must be 0 or at least 0.001");
+    }
     map.clear_scans = count_or(table, "clear_scans", map.keep_m > 0.0f ? 3 : 0, 0, 4);
     if (map.clear_scans == 1 || (map.clear_scans > 0 && !(map.keep_m > 0.0f))) {
         table.fail("clear_scans", "clear_scans: must be 0, or 2 to 4 with keep_m over 0");

@@ -112,6 +112,7 @@ SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
 @pytest.mark.parametrize("parts, line, text", [
     ({"map": "beam_max = 0"}, 7, "map.beam_max: must be a whole number from 1 to 20000000"),
     ({"map": "beams = 5"}, 7, "map.beams: unknown key; remove it"),
+    ({"map": "keep_m = 1e-4"}, 7, "map.keep_m: must be 0 or at least 0.001"),
     ({"map": "clear_scans = 1"}, 7, "map.clear_scans: must be 0, or 2 to 4 with keep_m over 0"),
     ({"raster": "nx = 5\nny = 5"}, 8, "raster.cell_m: missing; add it"),
     ({"raster": "cell_m = 1\nnx = 30000\nny = 30000"}, 10, "raster.nx: a raster of so many cells "

@@ -1,4 +1,5 @@
 // What arrives where the map was free, and what becomes of the free segments there.
+#include "src/map.hpp"
 #include "tests/unit/keeping.hpp"
 
 using namespace reference;
@@ -77,4 +78,20 @@ TEST_CASE("a beam renews the hit whose free segment gave way")
     }
     CHECK(n_there == 1);
     CHECK(k.ask({10, 0}).mean < 0.0f);
+}
+
+// Without an id for the new beam the old one, and what it tells, stays.
+TEST_CASE("no hit is lost to a renewal for which there is no id left")
+{
+    Keeping k(keep_config(2));
+    k.see(look({0, 0}, 0.0, 20.0, 0));
+    k.see(look({4.0, 2.0}, -kPi / 2, 2.0, 1));
+    k.see(look({4.0, 2.0}, -kPi / 2, 2.0, 2));
+    REQUIRE(k.beam(0).is_free == 0);
+    k.map.get()->index.next_id = gpom::kIdEnd;
+    for (int i = 3; i < 8; ++i) {
+        k.see(look({0, 0}, 0.0, 20.0, i));
+    }
+    CHECK(k.map.stats().hits_cleared == 1); // what came between
+    CHECK(k.stands(0));
 }

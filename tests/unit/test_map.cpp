@@ -121,6 +121,9 @@ TEST_CASE("bad configurations are refused")
             check_refused(config, GPOM_ERR_ARG);
         }
     }
+    config = small_config();
+    config.keep_m = 9e-4f; // too small to be told from rounding
+    check_refused(config, GPOM_ERR_ARG);
     for (const std::uint32_t bad : {1u, 5u, 0xffffffffu}) {
         config = small_config();
         config.keep_m = 0.5f;

@@ -1,47 +1,12 @@
 // Scans whose beams have bearings and poses of their own: each beam where it was measured, all of
 // them one scan.
-#include "tests/unit/reference.hpp"
+#include "tests/unit/keeping.hpp"
+#include "tests/unit/sweep_fixture.hpp"
 
 using namespace reference;
 
 namespace
 {
-
-/// A sweep that holds its own arrays.
-struct TestSweep {
-    gpom_sensor_t sensor;
-    gpom_pose_t pose = {0.0, 0.0, 0.0, nullptr};
-    std::vector<float> ranges_m, bearings_rad;
-    std::vector<gpom_pose_t> poses;
-    std::int64_t stamp_us = 0;
-
-    TestSweep() { gpom_sensor_init(&sensor); }
-
-    /// A scan, as a sweep whose beams all have its pose.
-    explicit TestSweep(const TestScan &scan)
-        : sensor(scan.sensor), pose(scan.pose), ranges_m(scan.ranges_m),
-          poses(scan.ranges_m.size(), scan.pose), stamp_us(scan.stamp_us)
-    {
-        for (std::size_t i = 0; i < ranges_m.size(); ++i) {
-            bearings_rad.push_back(static_cast<float>(
-                scan.angle_min_rad + static_cast<double>(i) * scan.angle_step_rad));
-        }
-    }
-
-    void add(float range_m, float bearing_rad, const gpom_pose_t &own)
-    {
-        ranges_m.push_back(range_m);
-        bearings_rad.push_back(bearing_rad);
-        poses.push_back(own);
-    }
-
-    gpom_status_t insert_into(gpom_map_t *map) const
-    {
-        const gpom_sweep_t raw = {stamp_us, ranges_m.data(), bearings_rad.data(), poses.data(),
-                                  static_cast<std::uint32_t>(ranges_m.size())};
-        return gpom_sweep_insert(map, &raw, &sensor, &pose);
-    }
-};
 
 /// A live map whose queries take two points of a scan at most.
 gpom_config_t capped_config(float keep_m)
@@ -65,6 +30,34 @@ bool same_maps(TestMap &a, TestMap &b)
     return std::memcmp(&stats_a, &stats_b, sizeof stats_a) == 0 &&
            same_bytes(a.beams(), b.beams()) &&
            same_bytes(query_points(a.get(), points).all, query_points(b.get(), points).all);
+}
+
+enum class Verdict { kConfirmed, kPassed, kLeftAlone, kUnclear };
+
+/// What a sweep whose beams all have one bearing says of a hit, seen once, by live.h.
+Verdict verdict_of(const TestSweep &sweep, const gpom_beam_t &post)
+{
+    const double keep_m = static_cast<double>(kKeep_m);
+    const Beam hit = beam_of(post);
+    const Xy at = {hit.origin.x + hit.range * hit.dir.x, hit.origin.y + hit.range * hit.dir.y};
+    double nearest_end_m = 1e9, nearest_m = 1e9;
+    for (std::size_t i = 0; i < sweep.ranges_m.size(); ++i) {
+        const double yaw_rad = static_cast<double>(sweep.bearings_rad[i]);
+        const double dx = std::cos(yaw_rad), dy = std::sin(yaw_rad);
+        const double x = at.x - sweep.poses[i].x_m, y = at.y - sweep.poses[i].y_m;
+        const double range_m = static_cast<double>(sweep.ranges_m[i]);
+        nearest_end_m = std::min(nearest_end_m, std::hypot(range_m * dx - x, range_m * dy - y));
+        const double along = x * dx + y * dy;
+        const bool goes_on = along > 0.0 && range_m - along > 10.0 * keep_m;
+        nearest_m = goes_on ? std::min(nearest_m, std::abs(x * dy - y * dx)) : nearest_m;
+    }
+    if (nearest_end_m < keep_m - 1e-3) {
+        return Verdict::kConfirmed;
+    }
+    if (nearest_end_m < keep_m + 1e-3 || (nearest_m > 0.14 * keep_m && nearest_m < 1.1 * keep_m)) {
+        return Verdict::kUnclear;
+    }
+    return nearest_m < keep_m ? Verdict::kPassed : Verdict::kLeftAlone;
 }
 
 } // namespace
@@ -237,4 +230,43 @@ TEST_CASE("a sweep without its arrays is refused")
     CHECK(gpom_sweep_insert(map.get(), nullptr, &sensor, &pose) == GPOM_ERR_ARG);
     CHECK(gpom_sweep_insert(map.get(), &good, nullptr, &pose) == GPOM_ERR_ARG);
     CHECK(gpom_sweep_insert(map.get(), &good, &sensor, nullptr) == GPOM_ERR_ARG);
+}
+
+// A sensor that moves between its beams is not taken to stand still: a kept hit is confirmed by the
+// beams that end at it, cleared by those that pass it, and left alone by others.
+TEST_CASE("beams of a sweep witness from where they start")
+{
+    GPOM_TELL_SEED();
+    Random random(165);
+    int n_of[4] = {};
+    for (int round = 0; round < 150; ++round) {
+        Keeping k(keep_config(2));
+        for (int i = 0; i < 12; ++i) { // posts, each seen once
+            k.see(look({10.0, random.uniform(-9, 9)}, random.uniform(-0.3, 0.3), 3.0, i));
+        }
+        const std::vector<gpom_beam_t> posts = k.map.beams();
+        TestSweep sweep;
+        const double step_m = random.uniform(-1, 1), first_m = random.uniform(-6, 6);
+        const double bearing_rad = random.uniform(-0.3, 0.3);
+        for (int i = 0; i < 40; ++i) {
+            sweep.add(random.below(2) == 0 ? 13.2f : 25.0f, static_cast<float>(bearing_rad),
+                      {0.0, first_m + step_m * i, 0.0, nullptr});
+        }
+        for (int i_time = 20; i_time < 22; ++i_time) {
+            sweep.stamp_us = second(i_time);
+            REQUIRE(sweep.insert_into(k.map.get()) == GPOM_OK);
+        }
+        for (const gpom_beam_t &post : posts) {
+            if (post.is_hit == 0 || post.provisional == 1 || post.n_agreed > 0) {
+                continue;
+            }
+            const Verdict verdict = verdict_of(sweep, post);
+            ++n_of[static_cast<int>(verdict)];
+            const gpom_beam_t now = k.beam(post.id);
+            CHECK((verdict != Verdict::kConfirmed || now.n_agreed == 2));
+            CHECK((verdict != Verdict::kPassed || now.past == 1));
+            CHECK((verdict != Verdict::kLeftAlone || (now.n_agreed == 0 && now.past == 0)));
+        }
+    }
+    CHECK(*std::min_element(n_of, n_of + 3) > 5);
 }
