@@ -16,6 +16,7 @@ from conftest import (DBC, PATIENCE_S, ROOT, SENSOR, add_vcan, can_text, counts_
 CAN_ERR_BUSOFF, CAN_ERR_CRTL, CAN_ERR_RESTARTED = 0x40, 0x04, 0x100
 STALE_S = 1.0
 N_TILES = 81
+STATUS_ID = DBC.get_message_by_name("GPOM_Status").frame_id
 
 
 def begin(start, publish="", extra="", **parts):
@@ -41,7 +42,7 @@ def test_every_fault_of_a_frame_raises_its_counter_alone(start, bus, watch):
             frame()
             time.sleep(0.002)
         wait_for_rise(watch, before, **expected)
-    bus.drive(1.0)
+    faults(lambda: bus.drive(1.0), can_received=1)
     faults(lambda: bus.drive(1.0), lambda: bus.drive(-1.0), can_received=2)
     faults(lambda: bus.send(bytes([good[0] ^ 1]) + good[1:]), can_received=1, can_bad_crc=1)
     faults(lambda: bus.send(motion(bus.alive - 1)), can_received=1, can_bad_counter=1)
@@ -201,7 +202,7 @@ def test_frames_have_the_kernel_s_time_not_that_of_reading(start, turn_wheels, w
 
 def test_without_odometry_scans_wait_and_are_counted_and_a_new_pose_helps(
         start, bus, turn_wheels, watch, world):
-    begin(start)
+    start(sensors=SENSOR, rest=can_text(timeout_s=4.0, wait_max_s=8.0))  # both are waited for
     wheels = turn_wheels(1.0, 0.0)
     world.pose()
     time.sleep(0.1)
@@ -209,8 +210,8 @@ def test_without_odometry_scans_wait_and_are_counted_and_a_new_pose_helps(
     assert watch.collect(PATIENCE_S, lambda: watch.status["counts"]["scans_inserted"] == 1)
     before = dict(counts_of(watch))
     wheels.stop()
-    assert watch.collect(PATIENCE_S, lambda: watch.status["counts"]["odometry_gaps"] ==
-                         before["odometry_gaps"] + 1)
+    assert watch.collect(PATIENCE_S, lambda: watch.status["counts"]["odometry_gaps"] >
+                         before["odometry_gaps"])
     world.scan()
     assert watch.collect(PATIENCE_S, lambda: watch.status["counts"]["scans_no_pose"] == 1), (
         watch.status["counts"])
@@ -232,10 +233,11 @@ interface = "vcan0"
 left = { id = 0x18FF1234, start = 7, length = 12, order = "motorola", factor = 0.01, absent = 4095 }
 right = { id = 0x18FF1235, start = 4, length = 12, factor = 0.01, offset = -10.0 }
 track_m = 1.0
-timeout_s = 1.0
+timeout_s = 10.0
+carry_s = 60.0
 [pose]
 type = "bot_core.pose_t"
-wait_max_s = 1.0
+wait_max_s = 60.0
 """)
     before = dict(counts_of(watch))
     left = (180 << 4).to_bytes(2, "big")  # 1.8 m/s
@@ -298,41 +300,54 @@ def keep_fresh(world, watch, holds):
 
 
 def all_sectors(bus):
-    """The sectors of one whole picture, and its state; None if it is not whole."""
-    parts = [bus.next("GPOM_Clearance")]
-    while parts[0]["Part"] != 0:
-        parts = [bus.next("GPOM_Clearance")]
+    """The sectors of one whole picture, and its state; None if it is not whole: a slow machine may
+    lose frames between two parts."""
+    parts = [bus.next("GPOM_Clearance", lambda fields: fields["Part"] == 0)]
     parts += [bus.next("GPOM_Clearance") for _ in range(2)]
-    assert [part["Part"] for part in parts] == [0, 1, 2]
-    assert len({part["Sequence"] for part in parts}) == 1
-    assert [(part["Alive"] - parts[0]["Alive"]) % 15 for part in parts] == [0, 1, 2]
+    alive = [(part["Alive"] - parts[0]["Alive"]) % 15 for part in parts]
+    is_whole = [part["Part"] for part in parts] == alive == [0, 1, 2]
+    if not is_whole or len({part["Sequence"] for part in parts}) != 1:
+        return None
     return [part[f"Distance{k:02}"] for part in parts for k in range(15)
             if f"Distance{k:02}" in part], parts[0]["State"]
 
 
-def test_clearance_tells_the_wall_and_stale_in_time(start, bus, watch, world):
+def test_clearance_tells_the_wall(start, bus, watch, world):
     start(sensors=SENSOR, rest=can_text("clearance_hz = 20\nstatus_hz = 20"),
-          publish=f"stale_s = {STALE_S}", **FINE)
-    sectors, state = all_sectors(bus)
+          publish=f"stale_s = {10 * PATIENCE_S}", **FINE)
+    sectors, state = retry(lambda: all_sectors(bus))
     assert set(sectors) == {"Unknown"} and state == "Starting"
     assert bus.next("GPOM_Status")["Age"] == "Unknown"
-    fresh_map(world, watch)
 
     def walled():
         bus.flush()
-        sectors, state = all_sectors(bus)
+        sectors, state = all_sectors(bus) or ([], None)
         known = [sector for sector in sectors if not isinstance(sector, str)]
         return sectors if state == "Mapping" and len(known) == 15 and min(known) > 5 else None
     sectors = keep_fresh(world, watch, walled)
     assert all(5.0 < sector <= 8.0 for sector in sectors), sectors
-    bus.flush()
-    status = bus.next("GPOM_Status")
+
+
+def test_clearance_that_was_known_is_unknown_once_the_map_is_stale(start, bus, watch, world):
+    start(sensors=SENSOR, rest=can_text("clearance_hz = 20\nstatus_hz = 20"),
+          publish=f"stale_s = {STALE_S}", **FINE)
+
+    def is_known(status):
+        return status["State"] == "Mapping" and status["MinClearance"] != "Unknown"
+
+    def known():
+        """The first such status of those so far; what came after it stays to be read."""
+        statuses = (decoded(frame.arbitration_id, frame.data) for frame in bus.frames_so_far()
+                    if frame.arbitration_id == STATUS_ID)
+        return next(filter(is_known, statuses), None)
+    status = keep_fresh(world, watch, known)
     while status["State"] == "Mapping":  # never so with a map that is older
         assert status["Age"] <= STALE_S + 0.01
         status = bus.next("GPOM_Status")
     assert status["State"] == "Stale" and status["FaultScan"] == 1
-    assert status["Age"] > STALE_S and status["MinClearance"] == "Unknown"
-    stale = bus.next("GPOM_Clearance")
+    assert status["Age"] == "AtLeast" or status["Age"] > STALE_S
+    assert status["MinClearance"] == "Unknown"
+    stale = bus.next("GPOM_Clearance", lambda fields: fields["Part"] == 0)
     assert stale["State"] == "Stale"
     assert {value for name, value in stale.items() if name.startswith("Dist")} == {"Unknown"}
 
@@ -354,7 +369,7 @@ def test_fd_frames_agree_with_the_classic_ones_and_tiles_with_the_published_map(
     fields = keep_fresh(world, watch, walled)
     assert fields["State"] == "Mapping"
     assert all(5.0 < fields[f"Distance{k:02}"] <= 8.0 for k in range(28))
-    assert fields["Stamp"] == pytest.approx(now_us() // 1000 % 2**32, abs=5000)
+    assert fields["Stamp"] == pytest.approx(now_us() // 1000 % 2**32, abs=1000 * PATIENCE_S)
 
     def tiles_of_settled_map():
         watch.request_keyframe()
@@ -402,14 +417,14 @@ def test_the_stop_example_goes_beside_gpomd_and_stops_when_it_hangs(start, bus, 
                     ("distance_min", ctypes.c_uint8), ("n_good_min", ctypes.c_uint8),
                     ("n_missing_max", ctypes.c_uint8)]
     daemon = start(sensors=SENSOR, rest=can_text("clearance_hz = 20"),
-                   publish="stale_s = 5.0", **FINE)
+                   publish=f"stale_s = {10 * PATIENCE_S}", **FINE)
     stop = ctypes.create_string_buffer(256)
     library.gpom_stop_init(stop, ctypes.byref(Config(1000, 0x4003, 50, 4, 3)))
     library.gpom_stop_may_go.restype = ctypes.c_bool
     clock_ms = lambda: ctypes.c_uint32(time.monotonic_ns() // 10**6 % 2**32)  # noqa: E731
 
     def goes():
-        while (frame := bus.bus.recv(0)) is not None:
+        for frame in bus.frames_so_far():
             if frame.arbitration_id == 0x6A1:
                 library.gpom_stop_on_frame(stop, bytes(frame.data), ctypes.c_size_t(frame.dlc),
                                            clock_ms())
