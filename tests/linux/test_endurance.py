@@ -16,7 +16,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import ROOT, URL, fresh_status, run, tool, wait_until
+from conftest import PATIENCE_S, ROOT, URL, fresh_status, run, tool, wait_until
 from gpom_watch import Watch
 
 SOAK_S = float(os.environ.get("GPOM_SOAK_S") or 6)
@@ -44,7 +44,7 @@ class Sender:
 
     def __exit__(self, *_):
         self.process.kill()
-        self.process.wait(10)
+        self.process.wait(PATIENCE_S)
 
 
 def on_processor(number):
@@ -72,13 +72,26 @@ def processor_seconds(pid):
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def waits_seconds(process):
-    """How long each thread was ready to run but had no processor."""
-    waits_s = []
+def thread_seconds(process):
+    """How long each thread ran, and was ready to run but had no processor, by its number."""
+    seconds = {}
     for task in pathlib.Path(f"/proc/{process.pid}/task").iterdir():
         with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # it ended
-            waits_s.append(int((task / "schedstat").read_text().split()[1]) / 1e9)
-    return waits_s
+            ran, waited, _ = (task / "schedstat").read_text().split()
+            seconds[task.name] = np.array([int(ran), int(waited)]) / 1e9
+    return seconds
+
+
+def waits_seconds(process):
+    """How long each thread was ready to run but had no processor."""
+    return [waited_s for _, waited_s in thread_seconds(process).values()]
+
+
+def stolen_seconds(before, after):
+    """How long others had the processor while a thread waited for it, on one processor: what the
+    process's own threads had of it meanwhile is not stolen, however slow they are."""
+    ran_s, waited_s = np.array([after[thread] - before[thread] for thread in before]).T
+    return max(0.0, *(waited_s - (ran_s.sum() - ran_s)))
 
 
 def test_no_scan_is_lost_at_200_a_second_on_one_processor(start, tmp_path):
@@ -97,13 +110,17 @@ def test_no_scan_is_lost_at_200_a_second_on_one_processor(start, tmp_path):
         wait_until(watch, lambda: watch.status and watch.status["counts"]["scans_inserted"] > 400)
         del ages.arrivals[:]
         pid = daemon.process.pid
-        used_s, waited_s = processor_seconds(pid), max(waits_seconds(daemon.process))
+        used_s, threads = processor_seconds(pid), thread_seconds(daemon.process)
         first, began_s = watch.status, time.monotonic()
-        while (passed_s := time.monotonic() - began_s) < SOAK_S:
-            watch.collect(min(1.0, SOAK_S - passed_s))
+
+        def is_enough():
+            return len(ages.arrivals) >= 100 and watch.status is not first
+        while (passed_s := time.monotonic() - began_s) < SOAK_S or not is_enough():
+            assert passed_s < SOAK_S + PATIENCE_S, f"{len(ages.arrivals)} tiles came"
+            watch.collect(min(1.0, max(0.1, SOAK_S - passed_s)))
             states.append(watch.status)
         used_s = processor_seconds(pid) - used_s
-        waited_s = max(waits_seconds(daemon.process)) - waited_s
+        stolen_s = stolen_seconds(threads, thread_seconds(daemon.process))
         p50, p99, most = ages.percentiles(50, 99, 100)
     watch.collect(1.5)  # what was on its way when the sender ended
 
@@ -117,14 +134,14 @@ def test_no_scan_is_lost_at_200_a_second_on_one_processor(start, tmp_path):
     grown = max(state["process_bytes"] for state in states) - first["process_bytes"]
     lags = [state["scan_lag_max_s"] for state in states]
     print(f"\n{passed_s:.0f} s, {counts['scans_inserted']} scans of {N_BEAMS} beams, {hz:.1f} a "
-          f"second; {100 * used_s / passed_s:.0f} % of one processor, waited for it for "
-          f"{100 * waited_s / passed_s:.1f} % of the time\n"
+          f"second; {100 * used_s / passed_s:.0f} % of one processor, others had it while it "
+          f"waited for {100 * stolen_s / passed_s:.1f} % of the time\n"
           f"map age: median {1e3 * p50:.0f} ms, 99 % {1e3 * p99:.0f} ms, most {1e3 * most:.0f} ms; "
           f"insertion at most {1e3 * max(lags):.0f} ms after the stamp\n"
           f"memory: {first['process_bytes'] / 1e6:.1f} MB, grown by {grown} bytes; "
           f"load {os.getloadavg()[0]:.1f}\n"
           f"lost on the way {counts['scans_lost']}, overrun {counts['scans_overrun']}")
-    assert counts["scans_overrun"] + counts["scans_lost"] == 0 or waited_s > 0.1 * passed_s
+    assert counts["scans_overrun"] + counts["scans_lost"] == 0 or stolen_s > 0.1 * passed_s
     assert grown < 100_000  # first uses of stacks
 
 
@@ -185,7 +202,7 @@ def test_a_daemon_killed_at_any_moment_comes_back_with_the_last_snapshot(start, 
     """Nothing that was reported as written is missing, what is there is whole, and a kill costs no
     more than a period and what daemon and sender waited for a processor. The files are in memory:
     a kill takes nothing from the disk, and how long the disk takes is another's affair."""
-    period_s = 0.25
+    period_s = 1.0  # a slow machine may need half of it to write a snapshot
     snapshot = f'[snapshot]\npath = "{in_memory}/map"\nperiod_s = {period_s}'
     rng, n_known, starts_s, ready_s = random.Random(3), 0, [], 0.0
     watch = Watch(URL)
@@ -211,7 +228,7 @@ def test_a_daemon_killed_at_any_moment_comes_back_with_the_last_snapshot(start, 
                 n_known = sequence
             else:
                 wait_until(watch, lambda: count_of_this_one("snapshots_written") > 0)
-            watch.collect(rng.uniform(0.0, 3 * period_s))
+            watch.collect(rng.uniform(0.0, 2 * period_s))
             n_known += count_of_this_one("snapshots_written")
             assert count_of_this_one("snapshots_failed") == 0
             killed_s = time.time()
