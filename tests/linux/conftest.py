@@ -13,6 +13,7 @@ import signal
 import struct
 import subprocess
 import sys
+import threading
 import time
 import zlib
 
@@ -23,6 +24,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tools")]
 BUILD = (ROOT / os.environ.get("GPOM_BUILD", "build/host-release")).resolve()
 CLONE_NEWNET = 0x40000000
 URL = "udpm://239.255.76.67:7667?ttl=0"
+URL_WITH_ROOM = URL + "&recv_buf_size=4194304"  # for who must miss nothing
 PATIENCE_S = 60  # what is waited for comes far sooner, but on a machine with much else to do
 T0_US = 1_000_000_000  # stamp of the first scan of a test's own
 N_BEAMS = 31
@@ -130,10 +132,13 @@ class Gpomd:
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                         env={**os.environ, **(environment or {})})
         self.lines = []
+        late = threading.Timer(PATIENCE_S, self.process.kill)
+        late.start()
         while not self.lines or "ready" not in self.lines[-1]:
             line = self.process.stdout.readline()
-            assert line, f"gpomd stopped: {self.lines}"
+            assert line, f"gpomd stopped, or was not ready in {PATIENCE_S} s: {self.lines}"
             self.lines.append(line)
+        late.cancel()
 
     def stop(self, how=signal.SIGTERM):
         """Exit code, after all it wrote."""
@@ -164,14 +169,23 @@ def start(tmp_path):
 PTRACE_DETACH, PTRACE_SEIZE, PTRACE_INTERRUPT, WAIT_FOR_THREADS = 17, 0x4206, 0x4207, 0x40000000
 
 
+def thread_named(process, name):
+    """Number of a thread; it has its name once it runs, perhaps after the daemon said ready."""
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        for task in pathlib.Path(f"/proc/{process.pid}/task").iterdir():
+            if (task / "comm").read_text().strip() == name:
+                return int(task.name)
+        time.sleep(0.01)
+    raise AssertionError(f"no thread {name}")
+
+
 @contextlib.contextmanager
 def stalled(process, name):
     """Hold one thread of a child process, by its name, as a debugger does."""
     ptrace = ctypes.CDLL(None, use_errno=True).ptrace
     ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
-    tasks = pathlib.Path(f"/proc/{process.pid}/task")
-    thread, = [int(task.name) for task in tasks.iterdir()
-               if (task / "comm").read_text().strip() == name]
+    thread = thread_named(process, name)
     if ptrace(PTRACE_SEIZE, thread, None, None) != 0:
         pytest.skip(f"no ptrace here: {os.strerror(ctypes.get_errno())}")
     assert ptrace(PTRACE_INTERRUPT, thread, None, None) == 0
@@ -221,6 +235,17 @@ def wait_for_map(watch, cells):
     assert watch.collect(PATIENCE_S, holds), difference(watch.map, cells)
 
 
+def wait_for_settled_map(watch):
+    """Until nothing changes any more and the map is whole; a keyframe mends what was lost."""
+    assert watch.collect_settled(PATIENCE_S, 1.0), watch.status
+    for _ in range(6):
+        if watch.map.is_whole:
+            return
+        watch.request_keyframe()
+        watch.collect(PATIENCE_S / 6, lambda: watch.map.is_whole)
+    assert watch.map.is_whole, watch.map.summary()
+
+
 def difference(collected, cells):
     if collected.tile is None:
         return "no map came"
@@ -236,8 +261,8 @@ def library_cells(daemon, scans, tmp_path, *points):
     return path.read_bytes(), [list(map(float, line.split())) for line in done.stdout.splitlines()]
 
 
-def replay(path, *arguments):
-    done = run("gpom-replay", path, "--rate", 20, *arguments)
+def replay(path, *arguments, rate=20):
+    done = run("gpom-replay", path, "--rate", rate, *arguments)
     assert done.returncode == 0, done.stderr
 
 

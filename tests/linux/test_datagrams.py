@@ -13,6 +13,7 @@ from gpom_watch import Watch
 GROUP = ("239.255.76.67", 7667)
 SHORT, FRAGMENT = 0x4c433032, 0x4c433033  # LC02, LC03
 CHANNEL = b"GPOM_SCAN\0"
+N_CONTRADICTIONS = 20
 
 
 @pytest.fixture
@@ -46,6 +47,12 @@ def forged_fragments():
                 yield n_bytes, offset, i_fragment, n_fragments, head + n_payload * b"\xa5"
 
 
+def contradiction(sequence):
+    """Two fragments of a message that do not agree on its size."""
+    return [fragment(sequence, 300, 0, 0, 3, CHANNEL + bytes(100)),
+            fragment(sequence, 301, 100, 1, 3, b"x")]
+
+
 def forged_datagrams(rng):
     """Random ones, LCM's or not, some cut short."""
     for _ in range(1000):
@@ -66,14 +73,20 @@ def test_forged_datagrams_change_no_cell(start, street, sender, tmp_path):
         sender.sendto(data, GROUP)
         if i % 20 == 0:
             time.sleep(0.01)
+    for sequence in range(N_CONTRADICTIONS):
+        for data in contradiction(100 + sequence):
+            sender.sendto(data, GROUP)
+        time.sleep(0.01)
     watch = Watch(URL)
     cells, _ = library_cells(daemon, street, tmp_path)
     wait_for_map(watch, cells)
 
     def are_counted():
         counts = watch.status["counts"]
-        return (counts["datagrams_malformed"] > len(forged) / 4 and counts["datagrams_other"] > 100
-                and counts["fragments_overlong"] > 100 and counts["fragments_inconsistent"] > 0)
+        return (counts["datagrams_malformed"] > len(forged) / 4
+                and counts["datagrams_other"] > len(forged) / 200
+                and counts["fragments_overlong"] > len(forged) / 200
+                and counts["fragments_inconsistent"] > N_CONTRADICTIONS / 2)
     wait_until(watch, are_counted)
     assert watch.status["counts"]["scans_inserted"] == 40
     assert daemon.stop() == 0
@@ -99,8 +112,7 @@ def test_every_fault_of_fragments_raises_its_counter_alone(start, peer, sender):
     check([*reversed(good), good[0]], scans_received=1, scans_inserted=1, fragments_repeated=1)
     check([fragment(1, 100, 0, 5, 3, b"x")], datagrams_malformed=1)
     check([fragment(1, 1000000, 100, 1, 3, b"x")], fragments_overlong=1)
-    check([fragment(1, 300, 0, 0, 3, CHANNEL + bytes(100)), fragment(1, 301, 100, 1, 3, b"x")],
-          fragments_inconsistent=1, messages_timed_out=1)
+    check(contradiction(1), fragments_inconsistent=1, messages_timed_out=1)
     check([cut(sequence, bytes(100), 50)[0] for sequence in range(2, 19)], messages_evicted=1,
           messages_timed_out=16)
 

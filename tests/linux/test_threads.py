@@ -11,7 +11,7 @@ SENSORS = "\n".join(f'[[sensor]]\ntype = "{kind}"\nrange_max_m = 34.0'
 REST = """
 [pose]
 type = "bot_core.pose_t"
-wait_max_s = 2.0
+wait_max_s = 30.0
 [snapshot]
 path = "{folder}/map"
 period_s = 0.1
