@@ -16,7 +16,7 @@ import lcm
 
 GROUP, PORT, CHANNEL = "239.255.76.67", "7667", "TO_CODEC"
 URL = f"udpm://{GROUP}:{PORT}?ttl=0&recv_buf_size=4194304"
-PATIENCE_S = 20 # UDP may lose; a message is sent again, and again, until then
+PATIENCE_S = 60  # UDP may lose; a message is sent again, and again, until then
 
 
 def exchange(bus, received, message):

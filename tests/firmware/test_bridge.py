@@ -34,6 +34,8 @@ def port():
     bridge = subprocess.Popen([BRIDGE, os.ttyname(bridge_end), "--baud", "115200", "--url", URL,
                                "--to-device", "GPOM_SCAN", "--to-device", "LONG"],
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if not select.select([bridge.stdout], [], [], PATIENCE_S)[0]:
+        bridge.kill()
     assert bridge.stdout.readline() == "gpom-bridge: ready\n"
     yield bridge, device_end
     if bridge.poll() is None:
@@ -107,6 +109,7 @@ def test_a_line_that_ends_is_told(tmp_path):
     with socket.socket(socket.AF_UNIX) as server:
         server.bind(str(tmp_path / "uart"))
         server.listen()
+        server.settimeout(PATIENCE_S)
         bridge = subprocess.Popen([BRIDGE, f"unix:{tmp_path}/uart", "--url", URL],
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         server.accept()[0].close()
