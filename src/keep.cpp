@@ -381,15 +381,15 @@ void note_ray(gpom_map &map, const Ray &ray)
 {
     Keeper &keeper = map.keeper;
     Group &group = keeper.group;
-    const Ray *const last = keeper.last;
+    Ray &before_last = keeper.last[keeper.n_rays % 2];
+    const Ray &last = keeper.last[1 - keeper.n_rays % 2];
     const float keep_m = map.config.keep_m;
-    if (keeper.n_last == 2 && looks_past(last[1], last[0], keep_m) &&
-        looks_past(ray, last[0], keep_m)) {
+    if (keeper.n_rays >= 2 && looks_past(before_last, last, keep_m) &&
+        looks_past(ray, last, keep_m)) {
         group.isolated |= group.sure & (1u << (group.n - 1));
     }
-    keeper.last[1] = keeper.last[0];
-    keeper.last[0] = ray;
-    keeper.n_last += keeper.n_last < 2 ? 1u : 0u;
+    before_last = ray;
+    ++keeper.n_rays;
 }
 
 } // namespace
@@ -451,7 +451,7 @@ void settle(gpom_map &map)
     if (map.keeper.group.n > 0) {
         settle_group(map);
     }
-    map.keeper.n_last = 0;
+    map.keeper.n_rays = 0;
 }
 
 void consider(gpom_map &map, const Beam &beam, bool sure)

@@ -48,8 +48,9 @@ struct Waiting {
 /// State of the choice.
 struct Keeper {
     Group group;
-    Ray last[2];            ///< The newest beams of the scan being inserted, the newest first.
-    uint32_t n_last;        ///< How many of them there are.
+    Ray last[2];            ///< The newest beams of the scan, the nth at n modulo 2.
+    uint32_t n_rays;        ///< How many there were.
+    uint32_t moves;         ///< 1: beams of the scan start from places of their own.
     uint32_t scan_first_id; ///< Beams of the scan being inserted have this id or a greater one.
     uint32_t time_number;   ///< Different stamps seen so far.
     uint16_t time_mark;     ///< What stands for it in Beam.

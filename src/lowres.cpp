@@ -89,7 +89,7 @@ void move_window(const Lowres &lowres, Layer &layer, int32_t ix0, int32_t iy0)
             reset_cell(lowres, layer, slot_of(layer.window, ix, iy), false);
         }
     }
-    layer.n_stale = place_count(layer.window);
+    start_round(layer);
 }
 
 /// All cells unknown and dirty, within a change.
@@ -97,7 +97,7 @@ void reset_layers(Lowres &lowres)
 {
     for (Layer &layer : lowres.layers) {
         reset_all(lowres, layer);
-        layer.n_stale = place_count(layer.window);
+        start_round(layer);
     }
     lowres.near = {0, 0};
     lowres_count_change(lowres);
@@ -213,6 +213,8 @@ void end_change(Lowres &lowres)
     store(lowres.counter, load(lowres.counter) + 1);
 }
 
+void start_round(Layer &layer) { layer.n_stale = place_count(layer.window); }
+
 void reset_cell(const Lowres &lowres, Layer &layer, uint32_t slot, bool is_outside)
 {
     Cell &cell = layer.cells[slot];
@@ -302,7 +304,7 @@ void lowres_rebase(Lowres &lowres, double dx_m, double dy_m)
     lowres.origin_x_m += dx_m;
     lowres.origin_y_m += dy_m;
     for (Layer &layer : lowres.layers) {
-        layer.n_stale = place_count(layer.window);
+        start_round(layer);
     }
 }
 

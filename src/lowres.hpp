@@ -277,6 +277,9 @@ template <class Visit> inline void for_strip(Layer &layer, const Strip &strip, V
         [&strip, &w](uint32_t ky) { return columns_of(strip, ky, w.nx); }, visit);
 }
 
+/// The round over all cells begins anew: something changed.
+void start_round(Layer &layer);
+
 /// A cell becomes unknown and dirty, or outside.
 void reset_cell(const Lowres &lowres, Layer &layer, uint32_t slot, bool is_outside);
 

@@ -31,7 +31,7 @@ void mark(Cell &cell, uint32_t &n_marked)
 void count_marks(Layer &layer, uint32_t n_marked)
 {
     store(layer.n_dirty, load(layer.n_dirty) + n_marked);
-    layer.n_stale = place_count(layer.window);
+    start_round(layer);
 }
 
 } // namespace

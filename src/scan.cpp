@@ -311,6 +311,7 @@ void note_scan(gpom_map &map, int64_t stamp_us, const SensorPlace &place)
     keeper.stamp_ms = gpom::milliseconds_since(map.lowres.stamp0_us, stamp_us);
     keeper.robot = robot;
     keeper.scan_first_id = map.index.next_id;
+    keeper.moves = 0;
     ++map.stats.scans_inserted;
 }
 
@@ -381,6 +382,7 @@ gpom_status_t gpom_sweep_insert(gpom_map_t *map, const gpom_sweep_t *sweep,
     }
     gpom::move_origin(*map, step_m);
     note_scan(*map, sweep->stamp_us, place_of(*map, *sensor, *pose));
+    map->keeper.moves = 1;
     for (uint32_t i = 0; i < sweep->n_ranges; ++i) {
         const gpom_pose_t &own = sweep->poses[i];
         insert_beam(*map, context_of(*map, *sensor, own, place_of(*map, *sensor, own)),

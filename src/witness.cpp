@@ -20,10 +20,10 @@ constexpr uint32_t kVectors = kGroup / kWidth;
 /// Rounding of a place's distance from a beam, in parts of the beam's length.
 constexpr float kRounding = 4e-6f;
 
-/// kLanes new beams of a group, from where they start relative to its first. Lanes beyond its last
-/// beam repeat it.
+/// kLanes new beams of a group. Lanes beyond its last beam repeat it.
 struct BeamLanes {
-    F x_m, y_m, dir_x, dir_y, length_m;
+    F x_m, y_m; ///< Where they start, relative to the group's first; only set if the sensor moves.
+    F dir_x, dir_y, length_m;
 };
 
 /// The sector in which all beams of a group run, if it is less than half a turn.
@@ -36,7 +36,8 @@ struct Fan {
 struct Trial {
     gpom_map &map;
     Box box;       ///< Around all its beams, keep_m wider.
-    Point sensor;  ///< Where the first starts; in a sweep others start elsewhere.
+    Point sensor;  ///< Where the first starts; if it moves, others start elsewhere.
+    bool moves;    ///< The sensor, from beam to beam.
     float reach_m; ///< keep_m, how far others start from there, and what rounding may add.
     Fan fan;
     const BeamLanes *lanes; ///< n_vectors of them hold all beams.
@@ -50,14 +51,16 @@ struct Witnesses {
     uint32_t beside;  ///< Bit i: beam i runs by within keep_m of it.
 };
 
-BeamLanes lanes_of(const Group &group, uint32_t i_vector)
+BeamLanes lanes_of(const Group &group, uint32_t i_vector, bool moves)
 {
     BeamLanes lanes = {};
     for (uint32_t i = 0; i < kWidth; ++i) {
         const uint32_t i_beam = i_vector * kWidth + i;
         const Beam &beam = group.beams[i_beam < group.n ? i_beam : group.n - 1];
-        lane::set(lanes.x_m, static_cast<int>(i), beam.x_m - group.beams[0].x_m);
-        lane::set(lanes.y_m, static_cast<int>(i), beam.y_m - group.beams[0].y_m);
+        if (moves) {
+            lane::set(lanes.x_m, static_cast<int>(i), beam.x_m - group.beams[0].x_m);
+            lane::set(lanes.y_m, static_cast<int>(i), beam.y_m - group.beams[0].y_m);
+        }
         lane::set(lanes.dir_x, static_cast<int>(i), beam.dir_x);
         lane::set(lanes.dir_y, static_cast<int>(i), beam.dir_y);
         lane::set(lanes.length_m, static_cast<int>(i), beam.range_m);
@@ -141,34 +144,42 @@ bool may_matter(const Trial &trial, const Point &at)
     return is_inside && (trial.fan.is_wide || is_between(trial.fan, from, trial.reach_m));
 }
 
-/// Squared distances from the ends of kLanes beams to an occupied part.
-F distance2_of_ends(const BeamLanes &s, const Segment &hit)
+/// kLanes beams, and a hit's occupied part, relative to where each of them starts.
+struct Meeting {
+    const BeamLanes &beams;
+    F x_m, y_m;
+    Point dir;
+    float length_m;
+};
+
+/// Squared distances from the ends of the beams to the occupied part.
+F distance2_of_ends(const Meeting &hit)
 {
-    const F x = s.length_m * s.dir_x + s.x_m - hit.x_m;
-    const F y = s.length_m * s.dir_y + s.y_m - hit.y_m;
-    const F along = x * hit.dir_x + y * hit.dir_y;
+    const BeamLanes &s = hit.beams;
+    const F x = s.length_m * s.dir_x - hit.x_m;
+    const F y = s.length_m * s.dir_y - hit.y_m;
+    const F along = x * hit.dir.x_m + y * hit.dir.y_m;
     const F foot = lane::clamp(along, lane::splat<F>(0.0f), lane::splat<F>(hit.length_m));
-    const F dx = x - foot * hit.dir_x;
-    const F dy = y - foot * hit.dir_y;
+    const F dx = x - foot * hit.dir.x_m;
+    const F dy = y - foot * hit.dir.y_m;
     return dx * dx + dy * dy;
 }
 
-/// Compare a hit, from the group's sensor on, with kLanes beams: which end at it if they returned,
-/// and which run by it if they are sure.
-Witnesses witnesses_of(const BeamLanes &s, const Segment &hit, float keep_m)
+/// Compare a hit with kLanes beams: which end at it if they returned, and which run by it if they
+/// are sure.
+Witnesses witnesses_of(const Meeting &hit, float keep_m)
 {
-    const F x = hit.x_m - s.x_m;
-    const F y = hit.y_m - s.y_m;
-    const F across = lane::abs(F(x * s.dir_y - y * s.dir_x));
+    const BeamLanes &s = hit.beams;
+    const F across = lane::abs(F(hit.x_m * s.dir_y - hit.y_m * s.dir_x));
     if (!lane::any(across < keep_m)) {
         return {0, 0, 0};
     }
-    const F along = x * s.dir_x + y * s.dir_y;
+    const F along = hit.x_m * s.dir_x + hit.y_m * s.dir_y;
     const F to_go = s.length_m - along;
     const F gap2 = across * across + to_go * to_go;
     const F width = lane::min(F(kPass.slope * to_go), lane::splat<F>(keep_m));
     const auto beside = (along > 0.0f) & (to_go > keep_m) & (across < width);
-    const F gap_in2 = hit.length_m > 0.0f ? distance2_of_ends(s, hit) : gap2;
+    const F gap_in2 = hit.length_m > 0.0f ? distance2_of_ends(hit) : gap2;
     return {lane::bits_of_mask(gap2 < keep_m * keep_m),
             lane::bits_of_mask(gap_in2 < keep_m * keep_m), lane::bits_of_mask(beside)};
 }
@@ -177,12 +188,17 @@ Witnesses witnesses_of(const BeamLanes &s, const Segment &hit, float keep_m)
 Witnesses witnesses_of(const Trial &trial, const Beam &beam)
 {
     const Group &group = trial.map.keeper.group;
-    Segment hit = trial.map.index.hit_part(beam);
-    hit.x_m -= trial.sensor.x_m;
-    hit.y_m -= trial.sensor.y_m;
+    const Segment hit = trial.map.index.hit_part(beam);
+    const F x_m = lane::splat<F>(hit.x_m - trial.sensor.x_m);
+    const F y_m = lane::splat<F>(hit.y_m - trial.sensor.y_m);
+    const Point dir = {hit.dir_x, hit.dir_y};
     Witnesses all = {0, 0, 0};
     for (uint32_t v = 0; v < trial.n_vectors; ++v) {
-        const Witnesses some = witnesses_of(trial.lanes[v], hit, trial.map.config.keep_m);
+        const BeamLanes &s = trial.lanes[v];
+        const F from_x = trial.moves ? F(x_m - s.x_m) : x_m;
+        const F from_y = trial.moves ? F(y_m - s.y_m) : y_m;
+        const Witnesses some =
+            witnesses_of({s, from_x, from_y, dir, hit.length_m}, trial.map.config.keep_m);
         all.ends |= some.ends << (v * kWidth);
         all.ends_in |= some.ends_in << (v * kWidth);
         all.beside |= some.beside << (v * kWidth);
@@ -379,11 +395,12 @@ Trial trial_of(gpom_map &map, BeamLanes *lanes)
     const Point sensor = {group.beams[0].x_m, group.beams[0].y_m};
     const float length_m = lane::max(box.x_max_m - box.x_min_m, box.y_max_m - box.y_min_m);
     const uint32_t n_vectors = (group.n + kWidth - 1) / kWidth;
+    const bool moves = map.keeper.moves != 0;
     for (uint32_t v = 0; v < n_vectors; ++v) {
-        lanes[v] = lanes_of(group, v);
+        lanes[v] = lanes_of(group, v, moves);
     }
-    const float reach_m = keep_m + spread_of(group) + kRounding * length_m;
-    return {map, box, sensor, reach_m, fan_of(group), lanes, n_vectors};
+    const float reach_m = keep_m + (moves ? spread_of(group) : 0.0f) + kRounding * length_m;
+    return {map, box, sensor, moves, reach_m, fan_of(group), lanes, n_vectors};
 }
 
 } // namespace
