@@ -119,6 +119,7 @@ private:
     bool has_pulse();
     void log_drops();
     void log_jump();
+    void log_link();
     static void on_scan(void *daemon, const char *channel, const std::uint8_t *bytes,
                         std::size_t n_bytes);
     static void on_pose(void *daemon, const char *channel, const std::uint8_t *bytes,
@@ -145,6 +146,8 @@ private:
     std::atomic<std::uint64_t> pulse_{0}; ///< Of the receiving thread.
     std::uint64_t seen_pulses_[4] = {};
     std::int64_t n_logged_jumps_ = 0;
+    bool has_logged_link_ = true; ///< What the log last said of LCM's network.
+    std::uint32_t n_logged_links_ = 1;
     std::int64_t logged_drops_[sizeof kDrops / sizeof *kDrops] = {};
 };
 
@@ -294,6 +297,20 @@ void Daemon::log_jump()
     log(text);
 }
 
+/// LCM's network comes and goes with its interface.
+void Daemon::log_link()
+{
+    const bool has_link = subscriber_.has_link();
+    const std::uint32_t n_links = subscriber_.n_links();
+    if (!has_link && has_logged_link_) {
+        log("no interface carries LCM's network any more; it is joined again when one does");
+    } else if (has_link && (!has_logged_link_ || n_links != n_logged_links_)) {
+        log("LCM's network was joined again");
+    }
+    has_logged_link_ = has_link;
+    n_logged_links_ = n_links;
+}
+
 /// Status, watchdog and log, until a signal says to stop.
 void Daemon::watch(const sigset_t &signals)
 {
@@ -317,6 +334,7 @@ void Daemon::watch(const sigset_t &signals)
             log_us = now_us + kLogPeriod_us;
         }
         log_jump();
+        log_link();
         for (const char *news = can_.next_news(); news != nullptr; news = can_.next_news()) {
             log(std::string(config_.can.interface) + " " + news);
         }

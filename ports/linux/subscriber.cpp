@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 
@@ -21,6 +22,9 @@ constexpr std::size_t kDatagramBytes = 65536;
 
 /// What is asked for the socket's buffer; the system grants net.core.rmem_max at most.
 constexpr int kBufferBytes = 4 << 20;
+
+/// How often it is looked whether the interface is still the one that was joined.
+constexpr std::int64_t kRenewPeriod_us = 1000000;
 
 struct NetworkCount {
     std::size_t place;
@@ -53,6 +57,12 @@ std::size_t receiver_bytes(const gpom_wire_receiver_config_t &config)
 template <class Value> bool set_option(int fd, int level, int name, const Value &value)
 {
     return setsockopt(fd, level, name, &value, sizeof value) == 0;
+}
+
+/// IP_ADD_MEMBERSHIP or IP_DROP_MEMBERSHIP; the interface is that of the route to the group.
+bool set_membership(int fd, int name, const in_addr &group)
+{
+    return set_option(fd, IPPROTO_IP, name, ip_mreq{group, {INADDR_ANY}});
 }
 
 } // namespace
@@ -102,14 +112,33 @@ const char *Subscriber::open(const char *url)
     set_option(fd_, SOL_SOCKET, SO_RCVBUF,
                network.buffer_bytes > 0 ? network.buffer_bytes : kBufferBytes);
     set_option(fd_, SOL_SOCKET, SO_RXQ_OVFL, 1);
-    const ip_mreq membership = {network.group.sin_addr, {INADDR_ANY}};
+    group_ = network.group.sin_addr;
     const bool is_joined =
         set_option(fd_, SOL_SOCKET, SO_REUSEADDR, 1) &&
         bind(fd_, reinterpret_cast<const sockaddr *>(&network.group), sizeof network.group) == 0 &&
-        set_option(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, membership);
+        set_membership(fd_, IP_ADD_MEMBERSHIP, group_);
+    has_link_ = is_joined;
+    n_links_ = is_joined ? 1 : 0;
     return is_joined ? nullptr
                      : "cannot receive from LCM's network; does another program keep its port for "
                        "itself? `ss -ulpn` lists them";
+}
+
+/// A membership is one interface's, and ends unnoticed when that is removed: so join again and
+/// again. On the interface of before that is an error which changes nothing and sends nothing;
+/// where it is none, the interface is another.
+void Subscriber::renew_membership()
+{
+    const bool is_new = set_membership(fd_, IP_ADD_MEMBERSHIP, group_);
+    const bool has_link = is_new || errno == EADDRINUSE;
+    if (is_new) {
+        // Leave both: which one would be left first is not told, and what is kept piles up.
+        set_membership(fd_, IP_DROP_MEMBERSHIP, group_);
+        set_membership(fd_, IP_DROP_MEMBERSHIP, group_);
+        set_membership(fd_, IP_ADD_MEMBERSHIP, group_);
+        ++n_links_;
+    }
+    has_link_ = has_link; // last: who sees the link finds it counted
 }
 
 /// Bytes of the datagram that is next; negative: there is none. With it the socket tells how many
@@ -143,6 +172,10 @@ void Subscriber::handle(int wait_ms)
     std::uint64_t sender = 0;
     const ssize_t n_bytes = poll(&ready, 1, wait_ms) > 0 ? take_datagram(sender) : -1;
     const std::int64_t now_us = monotonic_us();
+    if (now_us - renewed_us_ >= kRenewPeriod_us) {
+        renewed_us_ = now_us;
+        renew_membership();
+    }
     if (n_bytes < 0) {
         gpom_wire_receiver_expire(&receiver_, now_us);
     } else {

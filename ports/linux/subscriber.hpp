@@ -7,8 +7,10 @@
 #include "ports/linux/counts.hpp"
 #include "ports/linux/memory.hpp"
 
+#include <netinet/in.h>
 #include <sys/types.h>
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 
@@ -43,6 +45,11 @@ public:
     /// is counted.
     void handle(int wait_ms);
 
+    /// Did an interface carry the network when handle() last looked? Any thread.
+    bool has_link() const { return has_link_; }
+    /// Interfaces joined so far; any thread, after has_link().
+    std::uint32_t n_links() const { return n_links_; }
+
 private:
     struct Subscription {
         const char *channel;
@@ -50,6 +57,7 @@ private:
         void *ctx;
     };
 
+    void renew_membership();
     ssize_t take_datagram(std::uint64_t &sender);
     void deliver(const gpom_wire_message_t &message) const;
     void count_drops();
@@ -61,6 +69,10 @@ private:
     std::size_t n_subscriptions_ = 0;
     std::uint32_t n_lost_ = 0; ///< Datagrams, as the socket counts them: modulo 2^32.
     int fd_ = -1;
+    in_addr group_ = {};
+    std::int64_t renewed_us_ = 0; ///< When renew_membership() was last called; monotonic.
+    std::atomic<bool> has_link_{false};
+    std::atomic<std::uint32_t> n_links_{0};
 };
 
 } // namespace gpomd
