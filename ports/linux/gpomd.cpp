@@ -5,6 +5,7 @@
 #include "ports/linux/clock.hpp"
 #include "ports/linux/config.hpp"
 #include "ports/linux/intake.hpp"
+#include "ports/linux/log.hpp"
 #include "ports/linux/mapping.hpp"
 #include "ports/linux/memory.hpp"
 #include "ports/linux/notify.hpp"
@@ -16,6 +17,7 @@
 #include "tools/lib/snapshot_file.hpp"
 
 #include <pthread.h>
+#include <unistd.h>
 
 #include <csignal>
 
@@ -94,17 +96,11 @@ template <class Body> std::thread named_thread(const char *name, const Body &bod
     });
 }
 
-void log(const std::string &text)
-{
-    std::printf("gpomd: %s\n", text.c_str());
-    std::fflush(stdout);
-}
-
 /// All parts, in the order in which they depend on each other.
 class Daemon {
 public:
     void init(const char *config_path);
-    void check() const;
+    void check();
     void run();
 
 private:
@@ -117,6 +113,7 @@ private:
     void receive(const std::atomic<bool> &stop);
     void watch(const sigset_t &signals);
     bool has_pulse();
+    void log(const std::string &text) { log_.tell(text.c_str()); }
     void log_drops();
     void log_jump();
     void log_link();
@@ -130,6 +127,7 @@ private:
                            std::size_t n_bytes);
 
     Config config_;
+    Log log_{STDOUT_FILENO};
     Memory memory_;
     Counts counts_;
     Bus bus_{&counts_};
@@ -171,7 +169,7 @@ std::size_t Daemon::need() const
 
 void Daemon::init(const char *config_path) { read_config(config_path, config_); }
 
-void Daemon::check() const
+void Daemon::check()
 {
     char text[200];
     std::snprintf(text, sizeof text,
@@ -333,6 +331,7 @@ void Daemon::watch(const sigset_t &signals)
             log_drops();
             log_us = now_us + kLogPeriod_us;
         }
+        log_.tell_lost();
         log_jump();
         log_link();
         for (const char *news = can_.next_news(); news != nullptr; news = can_.next_news()) {
@@ -398,6 +397,7 @@ void Daemon::run()
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
     pthread_sigmask(SIG_BLOCK, &signals, nullptr); // of all threads; watch() waits for them
+    std::signal(SIGPIPE, SIG_IGN); // nobody reads the log any more: no reason to end
     std::signal(SIGXFSZ, SIG_IGN); // a snapshot that may not grow is a failed one, not the end
     if (const char *const problem = bus_.open(config_.lcm_url); problem != nullptr) {
         throw std::runtime_error(problem);

@@ -1,10 +1,13 @@
-"""What gpomd hangs on: its network interface."""
+"""What gpomd hangs on: its network interface, and who reads its log."""
+import contextlib
+import os
 import socket
 import struct
 import subprocess
 import threading
 
-from conftest import PATIENCE_S, URL, encoded, scan, wait_for_status
+from conftest import (PATIENCE_S, URL, encoded, fresh_status, scan, wait_for_status,
+                      wait_until)
 from gpom_watch import Watch
 
 GROUP = ("239.255.76.67", 7667)
@@ -48,3 +51,46 @@ def test_scans_come_again_after_the_interface_was_removed_and_came_back(start, p
         send(peer, i)
     assert len([line for line in daemon.lines if "LCM's network" in line]) == 6
     wait_for_status(Watch(URL), scans_received=3)
+
+
+def jump(watch, peer, n):
+    """The localiser jumps for the n-th time, which is a line of the log."""
+    for i in range(4 * n, 4 * n + 4):  # to agree takes two scans
+        pose = [20.0 if i % 4 < 2 else 60.0, 80.0, 0.3]
+        watch.bus.publish("GPOM_SCAN", encoded(scan(peer, i, pose=pose)))
+        wait_until(watch, lambda: watch.status is not None and
+                   watch.status["counts"]["scans_received"] > i)
+    wait_until(watch, lambda: watch.status["counts"]["frame_jumps"] > n)
+
+
+def test_a_log_that_nobody_reads_any_more_ends_nothing(start, peer, tmp_path):
+    """gpomd goes on, and takes its last snapshot at the end."""
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 1000'
+    daemon, watch = start(rest=snapshot), Watch(URL)
+    daemon.process.stdout.close()
+    jump(watch, peer, 0)
+    fresh_status(watch)
+    daemon.process.terminate()
+    assert daemon.process.wait() == 0
+    again = start(rest=snapshot)
+    assert any("restored" in line for line in again.lines)
+
+
+def test_a_log_that_is_read_late_holds_nothing_up(start, peer):
+    """While there is no room for lines, statuses go out and SIGTERM is heard; the lines lost are
+    counted in the log as soon as there is room."""
+    daemon, watch = start(), Watch(URL)
+    pipe = os.open(f"/proc/self/fd/{daemon.process.stdout.fileno()}", os.O_WRONLY | os.O_NONBLOCK)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(pipe, b"full\n")
+    jump(watch, peer, 0)
+    fresh_status(watch)
+    wait_for_line(daemon, "not told")
+    assert "lines that were not told: " in daemon.lines[-1]
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(pipe, b"full\n")
+    os.close(pipe)
+    daemon.process.terminate()
+    assert daemon.process.wait() == 0
