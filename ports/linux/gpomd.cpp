@@ -39,6 +39,10 @@ namespace
 /// How long the receiving thread waits for a message before it looks round.
 constexpr int kWait_ms = 50;
 
+/// How long the service manager is told again and again that gpomd stops, if its queue is full.
+constexpr int kStoppingTries = 100;
+constexpr timespec kTurn = {0, 20000000}; // between tries, and between looks of watch()
+
 /// How often dropped data are told in the log, if there are any.
 constexpr std::int64_t kLogPeriod_us = 10000000;
 
@@ -317,12 +321,14 @@ void Daemon::watch(const sigset_t &signals)
     std::int64_t status_us = monotonic_us();
     std::int64_t watchdog_next_us = status_us;
     std::int64_t log_us = status_us + kLogPeriod_us;
+    bool is_ready_told = !is_managed();
     for (int signal_number = -1; signal_number < 0;) {
         const std::int64_t now_us = monotonic_us();
         if (now_us >= status_us) {
             status.send(false);
             status_us = now_us + config_.publish.status_period_us;
         }
+        is_ready_told = is_ready_told || notify("READY=1"); // its queue may be full: once more
         if (watchdog_period_us > 0 && now_us >= watchdog_next_us && has_pulse()) {
             notify("WATCHDOG=1");
             watchdog_next_us = now_us + watchdog_period_us;
@@ -337,11 +343,12 @@ void Daemon::watch(const sigset_t &signals)
         for (const char *news = can_.next_news(); news != nullptr; news = can_.next_news()) {
             log(std::string(config_.can.interface) + " " + news);
         }
-        const timespec wait = {0, 20000000};
-        signal_number = sigtimedwait(&signals, nullptr, &wait);
+        signal_number = sigtimedwait(&signals, nullptr, &kTurn);
     }
-    notify("STOPPING=1");
     status.send(true);
+    for (int i = 0; i < kStoppingTries && is_managed() && !notify("STOPPING=1"); ++i) {
+        nanosleep(&kTurn, nullptr);
+    }
 }
 
 void Daemon::init_parts()
@@ -422,7 +429,6 @@ void Daemon::run_threads(const sigset_t &signals)
     std::thread can = named_thread("can", [&] { can_.run(stop_publishing); });
     std::thread receiver = named_thread("receiver", [&] { receive(stop_receiving); });
     log(std::string("ready on ") + config_.lcm_url);
-    notify("READY=1");
     watch(signals);
     stop_receiving = true;
     receiver.join();

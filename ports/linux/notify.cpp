@@ -11,6 +11,12 @@
 namespace gpomd
 {
 
+bool is_managed()
+{
+    const char *const path = std::getenv("NOTIFY_SOCKET");
+    return path != nullptr && path[0] != '\0';
+}
+
 bool notify(const char *state)
 {
     const char *const path = std::getenv("NOTIFY_SOCKET");

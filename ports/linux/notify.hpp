@@ -7,8 +7,11 @@
 namespace gpomd
 {
 
+/// Is there a service manager to tell (NOTIFY_SOCKET)?
+bool is_managed();
+
 /// Tell the service manager "READY=1", "WATCHDOG=1", "STOPPING=1" or "STATUS=…" (sd_notify(3)).
-/// False: it does not listen, or nobody asked (NOTIFY_SOCKET).
+/// False: it does not listen, its queue is full, or nobody asked. Does not wait.
 bool notify(const char *state);
 
 /// How often WATCHDOG=1 is expected (WATCHDOG_USEC, if it is meant for this process); 0: never.

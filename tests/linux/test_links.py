@@ -1,4 +1,4 @@
-"""What gpomd hangs on: its network interface, and who reads its log."""
+"""What gpomd hangs on: its network interface, who reads its log, and systemd."""
 import contextlib
 import os
 import socket
@@ -94,3 +94,31 @@ def test_a_log_that_is_read_late_holds_nothing_up(start, peer):
     os.close(pipe)
     daemon.process.terminate()
     assert daemon.process.wait() == 0
+
+
+def test_a_full_queue_of_systemd_loses_no_ready_and_no_stopping(start, tmp_path):
+    """Neither is lost while the queue is full of others' messages and the manager is busy."""
+    path = str(tmp_path / "notify")
+
+    def fill():
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                other.sendto(b"OTHER=1", path)
+
+    def wait_for(message):
+        while listener.recv(100) != message:
+            pass
+    with (socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener,
+          socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK) as other):
+        listener.bind(path)
+        listener.settimeout(PATIENCE_S)
+        fill()
+        daemon, watch = start(environment={"NOTIFY_SOCKET": path}), Watch(URL)
+        fresh_status(watch)
+        fresh_status(watch)  # the first one was sent after the first try
+        wait_for(b"READY=1")
+        fill()
+        daemon.process.terminate()
+        wait_until(watch, lambda: watch.status["state"] == "stopping")
+        wait_for(b"STOPPING=1")
+        assert daemon.process.wait() == 0
