@@ -78,11 +78,7 @@ void CanPicture::init(const Config &config, Memory &memory, const PictureLinks &
 void CanPicture::look(std::int64_t now_us)
 {
     now_us_ = now_us;
-    const std::int64_t n_inserted = (*links_.counts)[GPOM_WIRE_SCANS_INSERTED];
-    if (n_inserted != n_inserted_) {
-        n_inserted_ = n_inserted;
-        inserted_us_ = now_us;
-    }
+    n_inserted_ = (*links_.counts)[GPOM_WIRE_SCANS_INSERTED]; // all of them are in the state
     for (std::size_t i = 0; i < kFaults; ++i) {
         const std::int64_t n = sum_of(*links_.counts, kCauses[i]);
         fault_us_[i] = n != n_faults_[i] ? now_us : fault_us_[i];
@@ -97,7 +93,7 @@ gpom_can_state_t CanPicture::state_of(const PortState &port)
     if (n_inserted_ == 0 || map_.stamp_us == 0) {
         return port.is_stopping ? GPOM_CAN_STOPPING : GPOM_CAN_STARTING;
     }
-    age_us_ = std::max({wall_us() - map_.stamp_us, now_us_ - inserted_us_, std::int64_t{0}});
+    age_us_ = std::max({wall_us() - map_.stamp_us, now_us_ - map_.fresh_us, std::int64_t{0}});
     return port.is_stopping                            ? GPOM_CAN_STOPPING
            : age_us_ > config_->publish.stale_after_us ? GPOM_CAN_STALE
                                                        : GPOM_CAN_MAPPING;

@@ -61,9 +61,9 @@ private:
     std::size_t n_cells_ = 0;
     std::int64_t now_us_ = 0;
     std::int64_t n_inserted_ = 0;
-    std::int64_t inserted_us_ = 0; ///< When n_inserted_ was last seen to rise; monotonic.
     std::int64_t n_faults_[kFaults] = {};
-    std::int64_t fault_us_[kFaults] = {}; ///< Likewise; 0: never.
+    std::int64_t fault_us_[kFaults] =
+        {}; ///< When they were last seen to rise; monotonic, 0: never.
 
     MapState map_ = {};
     gpom_lowres_info_t info_ = {};

@@ -192,6 +192,7 @@ void MapThread::note_inserted(const ScanSlot &slot)
     const std::lock_guard<std::mutex> lock(mutex_);
     state_.has_map = true;
     state_.stamp_us = slot.stamp_us;
+    state_.fresh_us = monotonic_us();
     state_.pose[0] = slot.pose.x_m;
     state_.pose[1] = slot.pose.y_m;
     state_.pose[2] = slot.pose.yaw_rad;

@@ -21,6 +21,7 @@ namespace gpomd
 struct MapState {
     bool has_map;            ///< A scan was inserted, or a snapshot restored.
     std::int64_t stamp_us;   ///< Of the newest scan inserted.
+    std::int64_t fresh_us;   ///< When the last scan was inserted; monotonic, 0: none was.
     double pose[3];          ///< Robot at stamp_us, map frame [m, m, rad]; NaN: not known.
     std::int64_t lag_us;     ///< From stamp_us to its insertion.
     std::int64_t lag_us_max; ///< Worst since MapThread::state() was last asked to reset it.

@@ -25,7 +25,8 @@ void StatusSender::send(bool is_stopping)
     gpom_wire_status_t status = {};
     status.stamp_us = wall_us();
     status.sequence = sequence_++;
-    status.state = static_cast<std::uint8_t>(state_of(is_stopping, now_us));
+    status.state = static_cast<std::uint8_t>(is_stopping ? GPOM_WIRE_STATE_STOPPING
+                                                         : state_of(state, n_inserted));
     status.version = static_cast<std::int32_t>(gpom_version());
     status.map_format = GPOM_MAP_FORMAT;
     status.frame_epoch = has_info ? static_cast<std::int32_t>(info.frame_epoch) : 0;
@@ -59,20 +60,12 @@ float StatusSender::rate_of(std::size_t place, std::int64_t span_us)
     return static_cast<float>(1e6 * static_cast<double>(n) / static_cast<double>(span_us));
 }
 
-gpom_wire_state_t StatusSender::state_of(bool is_stopping, std::int64_t now_us)
+gpom_wire_state_t StatusSender::state_of(const MapState &state, std::int64_t n_inserted) const
 {
-    const std::int64_t n_inserted = counts_[GPOM_WIRE_SCANS_INSERTED];
-    if (n_inserted != n_inserted_) {
-        n_inserted_ = n_inserted;
-        inserted_us_ = now_us;
-    }
-    if (is_stopping) {
-        return GPOM_WIRE_STATE_STOPPING;
-    }
     if (n_inserted == 0) {
         return GPOM_WIRE_STATE_STARTING;
     }
-    const bool is_stale = now_us - inserted_us_ > config_.publish.stale_after_us;
+    const bool is_stale = monotonic_us() - state.fresh_us > config_.publish.stale_after_us;
     return is_stale ? GPOM_WIRE_STATE_STALE : GPOM_WIRE_STATE_MAPPING;
 }
 

@@ -21,7 +21,7 @@ public:
 
 private:
     float rate_of(std::size_t place, std::int64_t span_us);
-    gpom_wire_state_t state_of(bool is_stopping, std::int64_t now_us);
+    gpom_wire_state_t state_of(const MapState &state, std::int64_t n_inserted) const;
     void add_map_counts(const gpom_stats_t &stats);
 
     const Config &config_;
@@ -31,8 +31,6 @@ private:
     std::int64_t started_us_;
     std::int64_t last_us_;
     std::int64_t last_counts_[GPOM_WIRE_COUNTS] = {};
-    std::int64_t n_inserted_ = 0;
-    std::int64_t inserted_us_ = 0; ///< When n_inserted_ was last seen to grow.
     std::uint32_t sequence_ = 0;
 };
 
