@@ -14,6 +14,9 @@ namespace
 /// A fault is shown for so long after its counter rose.
 constexpr std::int64_t kFaultShown_us = 1000000;
 
+/// Copies of the map in a row that a jump of its frame may spoil.
+constexpr int kCopyTries = 4;
+
 /// Counters behind the bits of GPOM_Status, from the lowest on; 0, a counter that is no fault, ends
 /// a list.
 constexpr std::size_t kCausesMax = 9;
@@ -112,20 +115,25 @@ void CanPicture::find_place()
     }
 }
 
+/// False: no cells, or they are not of the place's frame, or the place is not known.
 bool CanPicture::copy()
 {
     return gpom_lowres_copy(links_.mapping->map(), GPOM_LAYER_COARSE, cells_,
                             static_cast<std::uint32_t>(n_cells_), &info_) == GPOM_OK &&
-           std::isfinite(place_.x_m) && std::isfinite(place_.y_m) && std::isfinite(place_.yaw_rad);
+           info_.frame_epoch == map_.frame_epoch && std::isfinite(place_.x_m) &&
+           std::isfinite(place_.y_m) && std::isfinite(place_.yaw_rad);
 }
 
 void CanPicture::take(const PortState &port)
 {
     const CanConfig &can = config_->can;
-    map_ = links_.mapping->state(); // before the cells: they may be newer than it says, never older
-    state_ = state_of(port);
-    find_place();
-    has_cells_ = state_ == GPOM_CAN_MAPPING && copy();
+    has_cells_ = false;
+    for (int i = 0; i < kCopyTries && !has_cells_; ++i) {
+        map_ = links_.mapping->state(); // before the cells: they may be newer, never older
+        state_ = state_of(port);
+        find_place();
+        has_cells_ = state_ == GPOM_CAN_MAPPING && copy();
+    }
     const ClearanceView view = {cells_,         info_.raster, place_.x_m,  place_.y_m,
                                 place_.yaw_rad, can.range_m,  can.radius_m};
     const Sector unknown = {0.0, false, true, GPOM_CAN_LEVEL_UNKNOWN, GPOM_CAN_LEVEL_UNKNOWN};

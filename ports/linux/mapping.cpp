@@ -95,6 +95,7 @@ bool MapThread::restore(gpom_snapshot_report_t &report)
     }
     const std::lock_guard<std::mutex> lock(mutex_);
     state_.has_map = report.n_beams > 0;
+    state_.frame_epoch = info.frame_epoch;
     state_.stamp_us = info.stamp0_us + std::int64_t{1000} * info.newest_ms;
     std::fill_n(state_.pose, 3, std::numeric_limits<double>::quiet_NaN());
     state_.n_beams = report.n_beams;
@@ -133,6 +134,11 @@ void MapThread::begin_frame(const ScanSlot &slot, gpom_jump_t rule)
     gpom_status_t status = gpom_map_jump(map_, rule, &after);
     if (status == GPOM_OK && rule == GPOM_JUMP_FORGET && std::isfinite(before.x_m)) {
         status = gpom_map_forget(map_, &before);
+    }
+    {
+        const std::uint32_t epoch = frame_epoch();
+        const std::lock_guard<std::mutex> lock(mutex_);
+        state_.frame_epoch = epoch; // if that scan cannot be inserted, there is only no pose in it
     }
     if (status == GPOM_OK) {
         links_.counts->add(GPOM_WIRE_FRAME_JUMPS); // last: who sees it counted finds the places
@@ -185,14 +191,23 @@ void MapThread::insert(const ScanSlot &slot)
     }
 }
 
+/// Of the map as it is now: no other thread changes it.
+std::uint32_t MapThread::frame_epoch() const
+{
+    gpom_lowres_info_t info = {};
+    return gpom_lowres_info(map_, GPOM_LAYER_COARSE, &info) == GPOM_OK ? info.frame_epoch : 0;
+}
+
 void MapThread::note_inserted(const ScanSlot &slot)
 {
     gpom_stats_t stats = {};
     const bool has_stats = gpom_map_stats(map_, &stats) == GPOM_OK;
+    const std::uint32_t epoch = frame_epoch();
     const std::lock_guard<std::mutex> lock(mutex_);
     state_.has_map = true;
     state_.stamp_us = slot.stamp_us;
     state_.fresh_us = monotonic_us();
+    state_.frame_epoch = epoch;
     state_.pose[0] = slot.pose.x_m;
     state_.pose[1] = slot.pose.y_m;
     state_.pose[2] = slot.pose.yaw_rad;
@@ -217,10 +232,8 @@ MapState MapThread::state(bool reset_lag_max)
 
 void MapThread::answer_one(std::uint32_t i_slot)
 {
-    gpom_lowres_info_t info = {};
-    const bool has_info = gpom_lowres_info(map_, GPOM_LAYER_COARSE, &info) == GPOM_OK;
     const AnswerContext context = {map_, &scratch_, wall_us(), state_.stamp_us,
-                                   has_info ? static_cast<std::int32_t>(info.frame_epoch) : 0};
+                                   static_cast<std::int32_t>(frame_epoch())};
     std::uint8_t bytes[GPOM_WIRE_ANSWER_BYTES(GPOM_WIRE_POINTS_MAX)];
     gpom_wire_answer_status_t status = GPOM_WIRE_ANSWER_OK;
     const std::size_t n_bytes = answer(links_.queries->slot(i_slot).query, context, bytes, status);

@@ -19,12 +19,13 @@ namespace gpomd
 
 /// How far the map is; a copy for other threads.
 struct MapState {
-    bool has_map;            ///< A scan was inserted, or a snapshot restored.
-    std::int64_t stamp_us;   ///< Of the newest scan inserted.
-    std::int64_t fresh_us;   ///< When the last scan was inserted; monotonic, 0: none was.
-    double pose[3];          ///< Robot at stamp_us, map frame [m, m, rad]; NaN: not known.
-    std::int64_t lag_us;     ///< From stamp_us to its insertion.
-    std::int64_t lag_us_max; ///< Worst since MapThread::state() was last asked to reset it.
+    bool has_map;              ///< A scan was inserted, or a snapshot restored.
+    std::int64_t stamp_us;     ///< Of the newest scan inserted.
+    std::int64_t fresh_us;     ///< When the last scan was inserted; monotonic, 0: none was.
+    double pose[3];            ///< Robot at stamp_us, map frame [m, m, rad]; NaN: not known.
+    std::uint32_t frame_epoch; ///< That `pose` is in, as in gpom_lowres_info_t.
+    std::int64_t lag_us;       ///< From stamp_us to its insertion.
+    std::int64_t lag_us_max;   ///< Worst since MapThread::state() was last asked to reset it.
     std::uint32_t n_beams;
     gpom_stats_t stats;
     double jump_from[3], jump_to[3]; ///< At the last jump: robot before, NaN: not known, and after.
@@ -63,6 +64,7 @@ private:
     void begin_frame(const ScanSlot &slot, gpom_jump_t rule);
     void note_inserted(const ScanSlot &slot);
     bool step();
+    std::uint32_t frame_epoch() const;
     void answer_one(std::uint32_t i_slot);
 
     const Config *config_ = nullptr;

@@ -24,6 +24,9 @@ constexpr double kLogOddsUnits = 16.0;
 constexpr std::size_t kGridHeadBytes = 40;
 constexpr std::size_t kPixelHeadBytes = 70;
 
+/// Copies of the map in a row that a jump of its frame may spoil.
+constexpr int kCopyTries = 4;
+
 /// A turn that comes every period; late turns are not made up for.
 class Turn {
 public:
@@ -156,12 +159,21 @@ void Publisher::wake()
     changed_.notify_one();
 }
 
-/// Copy cells and state. False: there is no map yet, or the raster kept moving: at the next turn.
+/// Copy cells and state, of one frame. False: there is no map yet, or the raster or the frame kept
+/// moving: at the next turn.
 bool Publisher::copy()
 {
-    state_ = mapping_->state(); // before the cells: they may be newer than it says, never older
-    return state_.has_map && gpom_lowres_copy(mapping_->map(), GPOM_LAYER_COARSE, cells_, n_cells_,
-                                              &info_) == GPOM_OK;
+    for (int i = 0; i < kCopyTries; ++i) {
+        state_ = mapping_->state(); // before the cells: they may be newer than it says, never older
+        if (!state_.has_map || gpom_lowres_copy(mapping_->map(), GPOM_LAYER_COARSE, cells_,
+                                                n_cells_, &info_) != GPOM_OK) {
+            return false;
+        }
+        if (info_.frame_epoch == state_.frame_epoch) {
+            return true;
+        }
+    }
+    return false;
 }
 
 /// Send all tiles, or those that changed. If none did but scans came, the robot's tile is sent all

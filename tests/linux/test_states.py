@@ -1,6 +1,14 @@
 """What gpomd says of how fresh its map is."""
-from conftest import URL, config_text, encoded, scan, wait_until
+import itertools
+import math
+import struct
+import time
+
+import lcm
+from conftest import N_BEAMS, URL, config_text, encoded, scan, wait_until
 from gpom_watch import Watch
+
+TILE_HEAD = struct.Struct(">QqIhhbi3d")  # of gpom.map_t, up to its pose
 
 
 def test_a_rare_status_tells_how_old_the_map_is_when_it_is_sent(start, peer):
@@ -14,3 +22,39 @@ def test_a_rare_status_tells_how_old_the_map_is_when_it_is_sent(start, peer):
     watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
     wait_until(watch, lambda: states[-1] != 0)
     assert states[-1] == 2
+
+
+def jumping(bus, peer, seconds):
+    """A localiser that jumps to and fro, and so long a wait after each scan that confirms it."""
+    for i in itertools.count():
+        x_m = 20.0 if i // 3 % 2 == 0 else 60.0
+        bus.publish("GPOM_SCAN", encoded(scan(peer, i, pose=[x_m, 80.0, 0.3], n_ranges=1,
+                                              ranges=[1.0])))
+        if i % 3 == 2:
+            end = time.monotonic() + seconds
+            while bus.handle_timeout(1) > 0 or time.monotonic() < end:
+                pass
+            yield
+
+
+def test_no_place_of_one_frame_is_told_in_another(start, peer):
+    """Tiles are copied while the frame jumps to and fro: in even epochs the robot is at the one
+    place, in odd ones at the other. A large raster is long in copying, so that jumps come
+    meanwhile; the queue is so long that each gets its epoch."""
+    start(raster="cell_m = 0.05\nnx = 1600\nny = 1600\ncorner = [0.0, 0.0]",
+          intake=f"ranges_max = {N_BEAMS}\nqueue_scans = 4096", map="beam_max = 2000",
+          publish="map_hz = 200\nkeyframe_s = 1000", rest="[jump]\nspeed_mps = 1")
+    bus, places = lcm.LCM(URL), set()
+
+    def note(_, data):
+        *_, epoch, x_m, _, _ = TILE_HEAD.unpack_from(data)
+        if not math.isnan(x_m):
+            places.add((epoch, x_m))
+    bus.subscribe("GPOM_MAP", note)
+    start_s = time.monotonic()
+    for _ in jumping(bus, peer, 0.01):
+        seconds = time.monotonic() - start_s
+        if seconds > PATIENCE_S or (seconds > 15.0 and len(places) > 5):
+            break
+    assert len(places) > 5
+    assert [place for place in places if place[1] != (20.0, 60.0)[place[0] % 2]] == []
