@@ -20,7 +20,9 @@ void StatusSender::send(bool is_stopping)
     const std::int64_t n_inserted = counts_[GPOM_WIRE_SCANS_INSERTED];
     const MapState state = mapping_.state(true); // later: all that are counted are in it
     gpom_lowres_info_t info = {};
-    const bool has_info = gpom_lowres_info(mapping_.map(), GPOM_LAYER_COARSE, &info) == GPOM_OK;
+    if (gpom_lowres_info(mapping_.map(), GPOM_LAYER_COARSE, &info) == GPOM_OK) {
+        n_dirty_ = info.n_dirty;
+    }
     add_map_counts(state.stats);
     gpom_wire_status_t status = {};
     status.stamp_us = wall_us();
@@ -29,7 +31,7 @@ void StatusSender::send(bool is_stopping)
                                                          : state_of(state, n_inserted));
     status.version = static_cast<std::int32_t>(gpom_version());
     status.map_format = GPOM_MAP_FORMAT;
-    status.frame_epoch = has_info ? static_cast<std::int32_t>(info.frame_epoch) : 0;
+    status.frame_epoch = static_cast<std::int32_t>(state.frame_epoch);
     status.uptime_us = now_us - started_us_;
     status.scan_stamp_us = state.stamp_us;
     status.scan_lag_us = state.lag_us;
@@ -40,7 +42,7 @@ void StatusSender::send(bool is_stopping)
     status.query_rate_hz = rate_of(GPOM_WIRE_QUERIES_ANSWERED, span_us);
     status.n_beams = static_cast<std::int32_t>(state.n_beams);
     status.beam_max = static_cast<std::int32_t>(config_.map.beam_max);
-    status.n_cells_dirty = has_info ? static_cast<std::int32_t>(info.n_dirty) : 0;
+    status.n_cells_dirty = static_cast<std::int32_t>(n_dirty_);
     status.map_bytes = static_cast<std::int64_t>(gpom_map_bytes(&config_.map));
     status.process_bytes = resident_bytes();
     for (std::size_t i = 0; i < GPOM_WIRE_COUNTS; ++i) {

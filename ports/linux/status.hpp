@@ -31,6 +31,7 @@ private:
     std::int64_t started_us_;
     std::int64_t last_us_;
     std::int64_t last_counts_[GPOM_WIRE_COUNTS] = {};
+    std::uint32_t n_dirty_ = 0; ///< Last known: while the raster moves nobody knows.
     std::uint32_t sequence_ = 0;
 };
 

@@ -5,7 +5,7 @@ import struct
 import time
 
 import lcm
-from conftest import N_BEAMS, URL, config_text, encoded, scan, wait_until
+from conftest import N_BEAMS, PATIENCE_S, URL, config_text, encoded, scan, wait_until
 from gpom_watch import Watch
 
 TILE_HEAD = struct.Struct(">QqIhhbi3d")  # of gpom.map_t, up to its pose
@@ -58,3 +58,19 @@ def test_no_place_of_one_frame_is_told_in_another(start, peer):
             break
     assert len(places) > 5
     assert [place for place in places if place[1] != (20.0, 60.0)[place[0] % 2]] == []
+
+
+def test_the_frame_epoch_of_the_status_never_falls(start, peer):
+    """Not even while the raster changes under the hand that reads it."""
+    start(text=config_text(raster="cell_m = 0.05\nnx = 3000\nny = 3000\ncorner = [0.0, 0.0]",
+                           publish="map_hz = 0.01", map="beam_max = 2000",
+                           rest='[jump]\nrule = "clear"\nspeed_mps = 1'
+                           ).replace("status_s = 0.1", "status_s = 0.05"))
+    watch, epochs = Watch(URL), [0]
+    watch.bus.subscribe("GPOM_STATUS", lambda _, data: epochs.append(
+        peer.type("gpom.status_t").decode(data).frame_epoch))
+    end = time.monotonic() + PATIENCE_S
+    for _ in jumping(watch.bus, peer, 0.02):
+        if epochs[-1] > 100 or time.monotonic() > end:
+            break
+    assert epochs[-1] > 100 and epochs == sorted(epochs)
