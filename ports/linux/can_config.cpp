@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -90,6 +91,12 @@ std::size_t find_message(const TomlTable &table, const CanConfig &config)
     return i;
 }
 
+/// Bytes of the longest frame on the bus.
+std::size_t bytes_max(const CanConfig &config)
+{
+    return config.has_fd ? GPOM_CAN_BYTES_MAX : GPOM_CAN_CLASSIC_BYTES;
+}
+
 CanSignalConfig read_signal(const TomlTable &odometry, const std::string &key, CanConfig &config)
 {
     const TomlTable table = odometry.table(key);
@@ -104,11 +111,17 @@ CanSignalConfig read_signal(const TomlTable &odometry, const std::string &key, C
     signal.signal.is_signed = truth(table, "signed", false);
     signal.signal.factor = number(table, "factor", 1.0, {-1e9, 1e9});
     signal.signal.offset = number(table, "offset", 0.0, {-1e9, 1e9});
+    if (gpom_can_signal_bytes(&signal.signal) > bytes_max(config)) {
+        table.fail("start", "start: the signal reaches beyond 8 bytes: needs CAN FD; set can.fd = "
+                            "true");
+    }
     if (signal.signal.factor == 0.0) {
         table.fail("factor", "factor: must not be 0");
     }
     signal.has_absent = table.has("absent");
-    signal.absent = static_cast<std::uint64_t>(whole(table, "absent", 0, 0, INT64_MAX));
+    const std::int64_t most =
+        signal.signal.n_bits < 63 ? (std::int64_t{1} << signal.signal.n_bits) - 1 : INT64_MAX;
+    signal.absent = static_cast<std::uint64_t>(whole(table, "absent", 0, 0, most));
     return signal;
 }
 
@@ -147,22 +160,53 @@ void read_crc(const TomlTable &table, gpom_can_protection_t &protection)
     protection.data_id = static_cast<std::uint16_t>(table.whole("data_id", 0, UINT16_MAX));
 }
 
+/// All that is looked for in a message must be in it.
+void check_message(const TomlTable &table, const CanConfig &config, std::size_t i_message)
+{
+    const CanMessageConfig &message = config.messages[i_message];
+    const std::size_t n_bytes = message.n_bytes > 0 ? message.n_bytes : bytes_max(config);
+    if (n_bytes > bytes_max(config)) {
+        table.fail("bytes", "bytes: more than 8 need CAN FD; set can.fd = true");
+    }
+    for (const CanSignalConfig &signal : config.signals) {
+        const std::size_t n_needed = gpom_can_signal_bytes(&signal.signal);
+        if (signal.i_message == i_message && n_needed > n_bytes) {
+            table.fail("bytes",
+                       "bytes: a signal of this message needs " + std::to_string(n_needed));
+        }
+    }
+    const std::string room = " is beyond the message's " + std::to_string(n_bytes) + " bytes";
+    if (message.protection.has_crc && message.protection.i_crc_byte >= n_bytes) {
+        table.fail("crc_byte", "crc_byte:" + room);
+    }
+    if (message.protection.has_counter &&
+        gpom_can_signal_bytes(&message.protection.counter) > n_bytes) {
+        table.fail("counter", "counter:" + room);
+    }
+}
+
 /// [[can.odometry.message]]: how messages are protected.
 void read_messages(const TomlTable &odometry, CanConfig &config)
 {
     if (!odometry.has("message")) {
         return;
     }
+    bool is_read[kCanMessagesMax] = {};
     for (const TomlTable &table : odometry.tables("message")) {
         table.refuse_keys_beyond({"id", "bytes", "crc", "crc_byte", "data_id", "counter"}, kRemove);
         const std::size_t i_message = find_message(table, config);
         if (i_message == config.n_messages) {
             table.fail("id", "id: no signal of the odometry is in this message; remove it");
         }
+        if (is_read[i_message]) {
+            table.fail("id", "id: is that of another message before; put both into one");
+        }
+        is_read[i_message] = true;
         CanMessageConfig &message = config.messages[i_message];
         message.n_bytes = static_cast<std::size_t>(whole(table, "bytes", 0, 1, GPOM_CAN_BYTES_MAX));
         read_crc(table, message.protection);
         read_counter(table, message.protection);
+        check_message(table, config, i_message);
     }
 }
 
@@ -204,25 +248,42 @@ void read_odometry(const TomlTable &can, CanConfig &config)
 CanSendConfig read_send(const TomlTable &table, const std::string &name, double otherwise_hz,
                         std::uint32_t otherwise_id)
 {
+    constexpr double kLeast_hz = 0.001;
     const double hz = number(table, name + "_hz", otherwise_hz, {0.0, 100.0});
+    if (hz > 0.0 && hz < kLeast_hz) {
+        table.fail(name + "_hz", name + "_hz: must be 0 or at least 0.001");
+    }
     return {identifier(table, name + "_id", otherwise_id), hz > 0.0 ? microseconds(1.0 / hz) : 0};
 }
 
-void check_ids(const TomlTable &table, const CanConfig &config)
+/// No two messages on the bus may have one identifier.
+void check_ids(const TomlTable &can, const TomlTable &table, const CanConfig &config)
 {
-    const CanSendConfig *const sent[] = {&config.status, &config.clearance, &config.clearance_fd,
-                                         &config.tile};
-    for (std::size_t i = 0; i < 4; ++i) {
-        for (std::size_t j = 0; j < i; ++j) {
-            if (sent[i]->id == sent[j]->id && sent[i]->period_us > 0 && sent[j]->period_us > 0) {
-                table.fail("status_id", "status_id, clearance_id, clearance_fd_id, tile_id: two "
-                                        "messages would have one identifier");
+    const struct {
+        const char *key;
+        const CanSendConfig &to;
+    } sent[] = {{"status_id", config.status},
+                {"clearance_id", config.clearance},
+                {"clearance_fd_id", config.clearance_fd},
+                {"tile_id", config.tile}};
+    for (std::size_t i = 0; i < std::size(sent); ++i) {
+        const std::string key = sent[i].key;
+        for (std::size_t j = 0; j < std::size(sent); ++j) {
+            if (i != j && table.has(key) && sent[i].to.id == sent[j].to.id &&
+                sent[i].to.period_us > 0 && sent[j].to.period_us > 0) {
+                table.fail(key, key + ": two messages would have one identifier; it is also " +
+                                    sent[j].key);
             }
         }
         for (std::size_t j = 0; j < config.n_messages; ++j) {
-            if (sent[i]->period_us > 0 && sent[i]->id == config.messages[j].id) {
-                table.fail("status_id", "an identifier that is sent is one of the odometry's");
+            if (sent[i].to.period_us == 0 || sent[i].to.id != config.messages[j].id) {
+                continue;
             }
+            const std::string text = key + ": an identifier that is sent is one of the odometry's";
+            if (can.has("publish")) {
+                table.fail(key, text);
+            }
+            can.fail("odometry", "publish." + text);
         }
     }
 }
@@ -265,7 +326,7 @@ void read_sending(const TomlTable &root, const TomlTable &can, CanConfig &config
     config.range_m = static_cast<float>(number(table, "range_m", 25.0, {0.1, 25.3}));
     config.radius_m = static_cast<float>(number(table, "radius_m", 0.5, {0.0, 20.0}));
     config.tiles_beside = static_cast<std::int32_t>(whole(table, "tiles_beside", 2, 0, 7));
-    check_ids(table, config);
+    check_ids(can, table, config);
     for (const char *const key : {"clearance_fd_hz", "tile_hz"}) {
         if (table.has(key) && table.number(key) > 0.0 && !config.has_fd) {
             table.fail(key, std::string(key) + ": needs CAN FD; set can.fd = true or remove it");

@@ -88,14 +88,20 @@ std::int64_t seconds_or(const TomlTable &table, const std::string &key, double o
     return std::llround(1e6 * number_or(table, key, otherwise_s, range_s));
 }
 
-/// Exactly `n` finite numbers.
+/// What a place or an angle may be at most: whatever is computed of it is finite, and far coarser
+/// than a cell beyond.
+constexpr double kTupleMax = 1e9;
+
+/// Exactly `n` numbers that something can be done with.
 std::vector<double> tuple(const TomlTable &table, const std::string &key, std::size_t n)
 {
     std::vector<double> values = table.numbers(key);
-    const bool is_finite = std::all_of(values.begin(), values.end(),
-                                       [](double value) { return std::isfinite(value); });
-    if (values.size() != n || !is_finite) {
-        table.fail(key, key + ": must be a list of " + std::to_string(n) + " finite numbers");
+    const bool is_small = std::all_of(values.begin(), values.end(), [](double value) {
+        return std::fabs(value) <= kTupleMax; // false for NaN
+    });
+    if (values.size() != n || !is_small) {
+        table.fail(key, key + ": must be a list of " + std::to_string(n) +
+                            " finite numbers of at most 1e9");
     }
     return values;
 }
@@ -439,6 +445,9 @@ void read_config(const char *path, Config &config)
     read_word(root, "lcm_url", "udpm://239.255.76.67:7667?ttl=0", config.lcm_url);
     if (!is_multicast_url(config.lcm_url)) {
         root.fail("lcm_url", "lcm_url: must be udpm://ADDRESS:PORT?ttl=0");
+    }
+    if (const char *const problem = url_problem(config.lcm_url); problem != nullptr) {
+        root.fail("lcm_url", std::string("lcm_url: ") + problem);
     }
     read_map(root, config.map);
     read_raster(root, config.map);

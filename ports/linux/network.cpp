@@ -33,6 +33,32 @@ long option(const char *options, const char *name)
     return 0;
 }
 
+/// Is each option one that is known, with a number that it may have?
+bool has_good_options(const char *options)
+{
+    constexpr struct {
+        const char *name;
+        long most;
+    } kOptions[] = {{"ttl=", 255}, {"recv_buf_size=", INT_MAX}};
+    for (const char *at = options; *at != '\0'; at += std::strcspn(at, "&")) {
+        ++at; // past ? or &
+        bool is_good = false;
+        for (const auto &known : kOptions) {
+            const char *const digits = at + std::strlen(known.name);
+            if (std::strncmp(at, known.name, std::strlen(known.name)) == 0) {
+                char *end = nullptr;
+                const long value = std::strtol(digits, &end, 0);
+                is_good = end != digits && (*end == '&' || *end == '\0') && value >= 0 &&
+                          value <= known.most;
+            }
+        }
+        if (!is_good) {
+            return false;
+        }
+    }
+    return true;
+}
+
 } // namespace
 
 bool is_multicast_url(const char *url) { return std::strncmp(url, kMulticast, kPrefix) == 0; }
@@ -62,7 +88,7 @@ bool parse_network(const char *url, Network &network)
            inet_pton(AF_INET, address, &network.group.sin_addr) == 1;
 }
 
-const char *network_problem(const char *url)
+const char *url_problem(const char *url)
 {
     Network network;
     if (!parse_network(url, network)) {
@@ -71,6 +97,20 @@ const char *network_problem(const char *url)
     if (!IN_MULTICAST(ntohl(network.group.sin_addr.s_addr))) {
         return "LCM's URL: the address is not one of multicast, 224.0.0.0 to 239.255.255.255";
     }
+    if (!has_good_options(url + std::strcspn(url, "?"))) {
+        return "LCM's URL: options are ttl=0 to 255 and recv_buf_size=BYTES, ? before the first, & "
+               "between them";
+    }
+    return nullptr;
+}
+
+const char *network_problem(const char *url)
+{
+    if (const char *const problem = url_problem(url); problem != nullptr) {
+        return problem;
+    }
+    Network network;
+    parse_network(url, network);
     const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     const int result = fd < 0 ? -1
                               : connect(fd, reinterpret_cast<const sockaddr *>(&network.group),

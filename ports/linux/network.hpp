@@ -18,6 +18,9 @@ bool is_multicast_url(const char *url);
 /// Take a URL apart as liblcm does, with its own group where none is named. False: not such a URL.
 bool parse_network(const char *url, Network &network);
 
+/// NULL, or in one sentence what is wrong with a URL, whatever networks there are; static storage.
+const char *url_problem(const char *url);
+
 /// NULL, or in one sentence why nothing can be sent there and what to do; static storage.
 const char *network_problem(const char *url);
 

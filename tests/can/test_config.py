@@ -23,6 +23,7 @@ interface = "can0"
 SPEED = "speed = { id = 0x1A0, start = 0, length = 16 }\n"
 YAW_RATE = "yaw_rate = { id = 0x1A1, start = 7, length = 16, order = \"motorola\" }\n"
 ODOMETRY = "[can.odometry]\n" + SPEED + YAW_RATE
+MESSAGE = ODOMETRY + "[[can.odometry.message]]\nid = 0x1A0\n"
 
 
 def check(text, tmp_path):
@@ -68,6 +69,22 @@ BAD = [  # text after interface, line that must be named, what must be said
     ("[can.publish]\nstatus_id = 0x6A1\n", 14, "two messages would have one identifier"),
     (ODOMETRY + "[can.publish]\nstatus_id = 0x1A0\n", 17, "is one of the odometry's"),
     ("[can.publish]\ntile_hz = 1.0\n", 14, "needs CAN FD"),
+    (ODOMETRY.replace("length = 16 }", "length = 12, absent = 4096 }"), 14,
+     "speed.absent: must be a whole number from 0 to 4095"),
+    (ODOMETRY.replace("start = 0", "start = 56"), 14, "speed.start: the signal reaches beyond 8"),
+    (MESSAGE + "bytes = 1\n", 18, "message[0].bytes: a signal of this message needs 2"),
+    (MESSAGE + "bytes = 12\n", 18, "message[0].bytes: more than 8 need CAN FD"),
+    (MESSAGE + "bytes = 4\ncrc = \"e2e\"\ndata_id = 0\ncrc_byte = 4\n", 21,
+     "crc_byte: is beyond the message's 4 bytes"),
+    (MESSAGE + "crc = \"e2e\"\ndata_id = 0\ncrc_byte = 8\n", 20,
+     "crc_byte: is beyond the message's 8 bytes"),
+    (MESSAGE + "bytes = 4\ncounter = { start = 32, length = 4 }\n", 19,
+     "counter: is beyond the message's 4 bytes"),
+    (MESSAGE + "[[can.odometry.message]]\nid = 0x1A0\n", 19,
+     "message[1].id: is that of another message before"),
+    ("[can.publish]\nclearance_id = 0x6A0\n", 14, "publish.clearance_id: two messages would"),
+    (ODOMETRY.replace("0x1A0", "0x6A1"), 13, "can.publish.clearance_id: an identifier that is"),
+    ("[can.publish]\nstatus_hz = 1e-300\n", 14, "status_hz: must be 0 or at least 0.001"),
     ("[can.publish]\nstatus_hz = 1000.0\n", 14, "status_hz: must be from 0 to 100"),
     ("[can.publish]\nrange_m = 30.0\n", 14, "range_m: must be from"),
 ]

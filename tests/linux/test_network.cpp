@@ -44,3 +44,21 @@ TEST_CASE("what is no such URL is refused")
         CHECK(parsed(url).empty());
     }
 }
+
+// A misspelt option would be ignored, and a range of 1 become that of this machine alone.
+TEST_CASE("a URL whose options are not all known, with numbers that they may have, has a problem")
+{
+    for (const char *const options :
+         {"", "?ttl=0", "?ttl=255&recv_buf_size=4096", "?recv_buf_size=0x1000&ttl=1"}) {
+        CAPTURE(options);
+        CHECK(gpomd::url_problem(("udpm://239.1.2.3:80" + std::string(options)).c_str()) ==
+              nullptr);
+    }
+    for (const char *const options :
+         {"?", "?tll=1", "?ttl", "?ttl=", "?ttl=x", "?ttl=1x", "?ttl=256", "?ttl=-1", "?ttl=1&",
+          "?recv_buf_size=4M", "?recv_buf_size=99999999999", "?ttl=1&x=2", "?xttl=1"}) {
+        CAPTURE(options);
+        CHECK(gpomd::url_problem(("udpm://239.1.2.3:80" + std::string(options)).c_str()) !=
+              nullptr);
+    }
+}

@@ -149,6 +149,12 @@ SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
      "sensor[0].channel: is also pose.channel"),
     ({"top": 'lcm_url = "file://bus.log"'}, 2, "lcm_url: must be udpm://ADDRESS:PORT?ttl=0"),
     ({"top": "what is this"}, 2, "not TOML: "),
+    ({"top": 'lcm_url = "udpm://nonsense:7667"'}, 2, "lcm_url: LCM's URL must be udpm://ADDRESS"),
+    ({"top": 'lcm_url = "udpm://10.0.0.1:7667"'}, 2, "lcm_url: LCM's URL: the address is not one"),
+    ({"top": 'lcm_url = "udpm://239.1.2.3:7667?tll=1"'}, 2, "lcm_url: LCM's URL: options are ttl"),
+    ({"map": "origin = [1e300, 0.0]"}, 7, "map.origin: must be a list of 2 finite numbers of at"),
+    ({"raster": "cell_m = 1\nnx = 5\nny = 5\ncorner = [0, 2e9]"}, 12, "raster.corner: must be a"),
+    ({"sensors": SENSOR + "\nmount = [0, 0, 1e300]"}, 6, "sensor[0].mount: must be a list of 3"),
     ({"params": "none.toml"}, 1, "params: none.toml: cannot open; give the name of a parameters"),
 ])
 def test_a_wrong_configuration_is_refused_with_file_line_and_field(parts, line, text, tmp_path):
