@@ -168,6 +168,7 @@ void MapThread::insert(const ScanSlot &slot)
         begin_frame(slot, rule);
     }
     const gpom_sensor_t &sensor = config_->sensors[slot.i_sensor].sensor;
+    const std::uint64_t n_unusable = unusable_readings();
     gpom_status_t status = GPOM_OK;
     if (slot.is_per_beam) {
         const gpom_sweep_t sweep = {slot.stamp_us, slot.ranges_m, slot.bearings_rad, slot.poses,
@@ -180,7 +181,7 @@ void MapThread::insert(const ScanSlot &slot)
     }
     switch (status) {
     case GPOM_OK:
-        note_inserted(slot);
+        note_inserted(slot, unusable_readings() - n_unusable < slot.n_ranges);
         break;
     case GPOM_ERR_REACH:
         links_.counts->add(GPOM_WIRE_SCANS_OUT_OF_REACH);
@@ -198,7 +199,17 @@ std::uint32_t MapThread::frame_epoch() const
     return gpom_lowres_info(map_, GPOM_LAYER_COARSE, &info) == GPOM_OK ? info.frame_epoch : 0;
 }
 
-void MapThread::note_inserted(const ScanSlot &slot)
+/// Readings until now that say nothing of what is around: of a covered sensor all are such.
+std::uint64_t MapThread::unusable_readings() const
+{
+    gpom_stats_t stats = {};
+    return gpom_map_stats(map_, &stats) == GPOM_OK ? stats.beams_nan + stats.beams_not_positive +
+                                                         stats.beams_too_near + stats.beams_masked
+                                                   : 0;
+}
+
+/// Only a fresh scan, one with a usable reading, keeps the map from going stale.
+void MapThread::note_inserted(const ScanSlot &slot, bool is_fresh)
 {
     gpom_stats_t stats = {};
     const bool has_stats = gpom_map_stats(map_, &stats) == GPOM_OK;
@@ -206,7 +217,7 @@ void MapThread::note_inserted(const ScanSlot &slot)
     const std::lock_guard<std::mutex> lock(mutex_);
     state_.has_map = true;
     state_.stamp_us = slot.stamp_us;
-    state_.fresh_us = monotonic_us();
+    state_.fresh_us = is_fresh ? monotonic_us() : state_.fresh_us;
     state_.frame_epoch = epoch;
     state_.pose[0] = slot.pose.x_m;
     state_.pose[1] = slot.pose.y_m;

@@ -21,7 +21,7 @@ namespace gpomd
 struct MapState {
     bool has_map;              ///< A scan was inserted, or a snapshot restored.
     std::int64_t stamp_us;     ///< Of the newest scan inserted.
-    std::int64_t fresh_us;     ///< When the last scan was inserted; monotonic, 0: none was.
+    std::int64_t fresh_us;     ///< When the last scan with a usable reading was; monotonic, or 0.
     double pose[3];            ///< Robot at stamp_us, map frame [m, m, rad]; NaN: not known.
     std::uint32_t frame_epoch; ///< That `pose` is in, as in gpom_lowres_info_t.
     std::int64_t lag_us;       ///< From stamp_us to its insertion.
@@ -62,7 +62,8 @@ private:
     void insert(const ScanSlot &slot);
     bool can_begin_frame(const gpom_pose_t &pose, gpom_jump_t &rule) const;
     void begin_frame(const ScanSlot &slot, gpom_jump_t rule);
-    void note_inserted(const ScanSlot &slot);
+    std::uint64_t unusable_readings() const;
+    void note_inserted(const ScanSlot &slot, bool is_fresh);
     bool step();
     std::uint32_t frame_epoch() const;
     void answer_one(std::uint32_t i_slot);

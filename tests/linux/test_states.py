@@ -5,7 +5,9 @@ import struct
 import time
 
 import lcm
-from conftest import N_BEAMS, PATIENCE_S, URL, config_text, encoded, scan, wait_until
+import pytest
+from conftest import (DEFAULTS, N_BEAMS, PATIENCE_S, URL, config_text, encoded, fresh_status, scan,
+                      wait_until)
 from gpom_watch import Watch
 
 TILE_HEAD = struct.Struct(">QqIhhbi3d")  # of gpom.map_t, up to its pose
@@ -22,6 +24,30 @@ def test_a_rare_status_tells_how_old_the_map_is_when_it_is_sent(start, peer):
     watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0)))
     wait_until(watch, lambda: states[-1] != 0)
     assert states[-1] == 2
+
+
+@pytest.mark.parametrize("blind", [
+    {"n_ranges": 0, "ranges": []}, {"ranges": [math.nan] * N_BEAMS}, {"ranges": [0.0] * N_BEAMS},
+    {"ranges": [0.1] * N_BEAMS}, {"angle_min": 0.5, "angle_step": 0.001}],
+    ids=["none", "nan", "zero", "near", "masked"])
+def test_scans_without_a_usable_reading_do_not_keep_a_map_fresh(blind, start, peer):
+    """A covered lidar goes on sending. Its scans are counted, and the map is stale all the same;
+    with the first reading that says something it is not."""
+    start(publish="stale_s = 1.0", sensors=DEFAULTS["sensors"] +
+          "\nrange_min_m = 0.2\nmasks = [[0.4, 0.6]]")
+    watch, i = Watch(URL), itertools.count()
+
+    def send_until(state, **fields):
+        def holds():
+            watch.bus.publish("GPOM_SCAN", encoded(scan(peer, next(i), **fields)))
+            return fresh_status(watch)["state"] == state
+        wait_until(watch, holds)
+    send_until("mapping")
+    send_until("stale", **blind)
+    n_inserted = watch.status["counts"]["scans_inserted"]
+    send_until("stale", **blind)
+    wait_until(watch, lambda: watch.status["counts"]["scans_inserted"] > n_inserted)
+    send_until("mapping", ranges=[math.nan] * (N_BEAMS - 1) + [8.0])
 
 
 def jumping(bus, peer, seconds):
