@@ -40,7 +40,7 @@ namespace
 constexpr int kWait_ms = 50;
 
 /// How long the service manager is told again and again that gpomd stops, if its queue is full.
-constexpr int kStoppingTries = 100;
+constexpr int kStoppingTries = 250;
 constexpr timespec kTurn = {0, 20000000}; // between tries, and between looks of watch()
 
 /// How often dropped data are told in the log, if there are any.
