@@ -34,7 +34,8 @@ bool same_maps(TestMap &a, TestMap &b)
 
 enum class Verdict { kConfirmed, kPassed, kLeftAlone, kUnclear };
 
-/// What a sweep whose beams all have one bearing says of a hit, seen once, by live.h.
+/// What a sweep whose beams all have one bearing says of a hit, seen once, by live.h. Where some
+/// end and others pass, it depends on the groups that they are in.
 Verdict verdict_of(const TestSweep &sweep, const gpom_beam_t &post)
 {
     const double keep_m = static_cast<double>(kKeep_m);
@@ -51,13 +52,15 @@ Verdict verdict_of(const TestSweep &sweep, const gpom_beam_t &post)
         const bool goes_on = along > 0.0 && range_m - along > 10.0 * keep_m;
         nearest_m = goes_on ? std::min(nearest_m, std::abs(x * dy - y * dx)) : nearest_m;
     }
-    if (nearest_end_m < keep_m - 1e-3) {
+    const bool ends = nearest_end_m < keep_m - 1e-3, ends_not = nearest_end_m > keep_m + 1e-3;
+    const bool passes = nearest_m < 0.14 * keep_m, passes_not = nearest_m > 1.1 * keep_m;
+    if (ends && passes_not) {
         return Verdict::kConfirmed;
     }
-    if (nearest_end_m < keep_m + 1e-3 || (nearest_m > 0.14 * keep_m && nearest_m < 1.1 * keep_m)) {
-        return Verdict::kUnclear;
+    if (ends_not && passes) {
+        return Verdict::kPassed;
     }
-    return nearest_m < keep_m ? Verdict::kPassed : Verdict::kLeftAlone;
+    return ends_not && passes_not ? Verdict::kLeftAlone : Verdict::kUnclear;
 }
 
 } // namespace
