@@ -52,8 +52,10 @@ Verdict verdict_of(const TestSweep &sweep, const gpom_beam_t &post)
         const bool goes_on = along > 0.0 && range_m - along > 10.0 * keep_m;
         nearest_m = goes_on ? std::min(nearest_m, std::abs(x * dy - y * dx)) : nearest_m;
     }
-    const bool ends = nearest_end_m<keep_m - 1e-3, ends_not = nearest_end_m> keep_m + 1e-3;
-    const bool passes = nearest_m<0.14 * keep_m, passes_not = nearest_m> 1.1 * keep_m;
+    const bool ends = nearest_end_m < keep_m - 1e-3;
+    const bool ends_not = nearest_end_m > keep_m + 1e-3;
+    const bool passes = nearest_m < 0.14 * keep_m;
+    const bool passes_not = nearest_m > 1.1 * keep_m;
     if (ends && passes_not) {
         return Verdict::kConfirmed;
     }
