@@ -28,7 +28,7 @@ struct Beam {
     float range_m;      ///< Raw range, or the usable maximum if there was no return.
     float excess;      ///< w = 1 / rho^2 - 1 >= 0: how much its noise is raised (scan.h); 0: known.
     uint32_t id;       ///< Order of insertion since the map was empty.
-    uint32_t stamp_ms; ///< Time of its scan, or since when its hit is past; since the map's first.
+    uint32_t stamp_ms; ///< Time of its scan, or since when its hit is past; from stamp0_us on.
     uint16_t scan;     ///< Number of its scan, modulo 2^16.
     uint16_t returned : 1;    ///< range_m ends at a surface: a gap is left before it.
     uint16_t hit : 2;         ///< HitState.
@@ -42,6 +42,8 @@ struct Beam {
 static_assert(sizeof(Beam) == 36, "GPOM_MAP_BYTES counts on it");
 
 inline bool has_hit(const Beam &beam) { return beam.hit != kNoHit; }
+/// False: its slot of the store is free.
+inline bool is_kept(const Beam &beam) { return has_hit(beam) || beam.has_free != 0; }
 inline bool is_provisional(const Beam &beam) { return beam.hit == kProvisional; }
 inline bool is_past(const Beam &beam) { return beam.hit == kPast; }
 

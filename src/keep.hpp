@@ -60,7 +60,7 @@ struct Keeper {
     uint32_t hand;          ///< Slot at which the next search for the least useful starts.
     Point robot;            ///< At the newest scan.
     int64_t stamp_us;       ///< Of the newest scan.
-    uint32_t stamp_ms;      ///< The same, since the map's first.
+    uint32_t stamp_ms;      ///< The same, from stamp0_us on.
     Subtree hit_stack[kDepthMax];
     Subtree inner_stack[kDepthMax]; ///< For a walk that one over hits starts.
 };

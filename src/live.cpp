@@ -98,7 +98,7 @@ void forget_disc(gpom_map &map, const gpom_disc_t &disc)
     const auto radius_m = static_cast<float>(disc.radius_m);
     const uint32_t n_before = map.index.n_beams;
     for (uint32_t slot = 0; slot < map.index.n_slots; ++slot) {
-        if (has_hit(map.index.beams[slot]) || map.index.beams[slot].has_free != 0) {
+        if (is_kept(map.index.beams[slot])) {
             forget_in_disc(map, slot, centre, radius_m);
         }
     }
@@ -128,11 +128,22 @@ void drop_out_of_reach(gpom_map &map)
     constexpr auto reach_m = static_cast<float>(GPOM_REACH_M);
     for (uint32_t slot = 0; slot < map.index.n_slots; ++slot) {
         const Beam &beam = map.index.beams[slot];
-        const bool is_kept = has_hit(beam) || beam.has_free != 0;
-        if (is_kept && beam.x_m * beam.x_m + beam.y_m * beam.y_m > reach_m * reach_m) {
+        if (is_kept(beam) && beam.x_m * beam.x_m + beam.y_m * beam.y_m > reach_m * reach_m) {
             remove_beam(map.index, slot);
         }
     }
+}
+
+/// True if the newest scan and the next, of stamp_us, both lie on the same side of the time that is
+/// counted from stamp0_us on.
+bool is_out_of_span(const gpom_map &map, int64_t stamp_us)
+{
+    const Keeper &newest = map.keeper;
+    const int64_t stamp0_us = map.lowres.stamp0_us;
+    if (newest.stamp_us < stamp0_us) {
+        return milliseconds_since(stamp_us, stamp0_us) > kSetBack_ms;
+    }
+    return newest.stamp_ms == UINT32_MAX && milliseconds_since(stamp0_us, stamp_us) == UINT32_MAX;
 }
 
 } // namespace
@@ -170,6 +181,25 @@ void move_origin(gpom_map &map, const Eigen::Vector2d &step_m)
     if (n_gone > 0) {
         lowres_mark_all(map.lowres);
     }
+}
+
+void follow_clock(gpom_map &map, int64_t stamp_us)
+{
+    if (!is_out_of_span(map, stamp_us)) {
+        return;
+    }
+    const int64_t stamp0_us = map.lowres.stamp0_us;
+    constexpr int64_t kHalf_us = INT64_C(1000) << 31;
+    const int64_t from_us = stamp_us > INT64_MIN + kHalf_us ? stamp_us - kHalf_us : INT64_MIN;
+    const StampShift shift = {milliseconds_since(from_us, stamp0_us),
+                              milliseconds_since(stamp0_us, from_us)};
+    for (uint32_t slot = 0; slot < map.index.n_slots; ++slot) {
+        Beam &beam = map.index.beams[slot];
+        if (is_kept(beam)) {
+            beam.stamp_ms = shift(beam.stamp_ms);
+        }
+    }
+    lowres_move_stamp0(map.lowres, from_us, shift);
 }
 
 } // namespace gpom

@@ -1,5 +1,5 @@
 /// \file live.hpp
-/// The map's origin follows the robot.
+/// The map's origin follows the robot, the span of its stamps the clock.
 #pragma once
 
 #include "src/se2.hpp"
@@ -16,5 +16,10 @@ Eigen::Vector2d origin_step(const gpom_map &map, double x_m, double y_m);
 /// Move the origin. Beams out of reach from there are forgotten. O(1) if the step is zero, else
 /// O(beam_max + cells).
 void move_origin(gpom_map &map, const Eigen::Vector2d &step_m);
+
+/// Move the first stamp if the newest scan and the next, of stamp_us, both lie on the same side of
+/// what is counted from there: the clock was set, or the map is old. One alone may be wrong. Then
+/// O(beam_max + cells), else O(1).
+void follow_clock(gpom_map &map, int64_t stamp_us);
 
 } // namespace gpom

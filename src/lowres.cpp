@@ -137,9 +137,6 @@ void init_layers(Lowres &lowres, const gpom_config_t &config, Cell *cells)
     coarse.window.iy0 = cell_number(config.origin_y_m, 0.0, cell_m) - config.lowres_ny / 2;
 }
 
-/// A scan this much older than the newest is not late: the clock was ahead [ms].
-constexpr uint32_t kSetBack_ms = 60000;
-
 void count_stamp(Lowres &lowres, int64_t stamp_us)
 {
     if (lowres.has_stamp0 == 0) {
@@ -297,6 +294,26 @@ void lowres_follow(Lowres &lowres, Point robot, int64_t stamp_us)
         move_window(lowres, layer, ix0, iy0);
         end_change(lowres);
     }
+}
+
+uint32_t StampShift::operator()(uint32_t stamp_ms) const
+{
+    const uint32_t rest_ms = stamp_ms > less_ms ? stamp_ms - less_ms : 0;
+    return rest_ms < UINT32_MAX - more_ms ? rest_ms + more_ms : UINT32_MAX;
+}
+
+void lowres_move_stamp0(Lowres &lowres, int64_t stamp0_us, const StampShift &shift)
+{
+    begin_change(lowres);
+    lowres.stamp0_us = stamp0_us;
+    store(lowres.newest_ms, shift(load(lowres.newest_ms)));
+    const Layer &coarse = lowres.layers[GPOM_LAYER_COARSE]; // the cells of the other come next
+    const uint32_t n_cells = coarse.cell_max + lowres.layers[GPOM_LAYER_FOCUS].cell_max;
+    for (uint32_t slot = 0; slot < n_cells; ++slot) {
+        uint32_t &stamp_ms = coarse.cells[slot].stamp_ms;
+        store(stamp_ms, load(stamp_ms) == 0 ? 0 : shift(stamp_ms));
+    }
+    end_change(lowres);
 }
 
 void lowres_rebase(Lowres &lowres, double dx_m, double dy_m)

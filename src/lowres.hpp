@@ -112,8 +112,21 @@ struct Anchor {
 /// has_scans  false: the first scan that comes sets the first stamp.
 void lowres_restore(Lowres &lowres, const Anchor &anchor, bool has_scans);
 
-/// Whole milliseconds from the map's first stamp on, held within 32 bits (49 days).
+/// Whole milliseconds from stamp0_us on, held within 32 bits (49 days).
 uint32_t milliseconds_since(int64_t stamp0_us, int64_t stamp_us);
+
+/// A scan this much older than the newest is not late: the clock was ahead.
+constexpr uint32_t kSetBack_ms = 60000;
+
+/// The same time, counted from elsewhere, held within 32 bits. One of the two is 0.
+struct StampShift {
+    uint32_t more_ms, less_ms;
+
+    uint32_t operator()(uint32_t stamp_ms) const;
+};
+
+/// Let stamps count from stamp0_us on; cells never evaluated stay at 0.
+void lowres_move_stamp0(Lowres &lowres, int64_t stamp0_us, const StampShift &shift);
 
 /// A scan was taken with the robot there (relative to the map's origin): the window moves, the
 /// spiral begins anew, stamp and map_sequence go on.

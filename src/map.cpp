@@ -196,7 +196,7 @@ gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot, gpom_beam_t 
     }
     const gpom::Beam &kept = map->index.beams[i_slot];
     *beam = gpom_beam_t{};
-    if (!has_hit(kept) && kept.has_free == 0) {
+    if (!is_kept(kept)) {
         return GPOM_OK;
     }
     beam->x_m = map->config.origin_x_m + static_cast<double>(kept.x_m);

@@ -301,6 +301,7 @@ void note_scan(gpom_map &map, int64_t stamp_us, const SensorPlace &place)
 {
     const Eigen::Vector2f robot_m = place.from_origin_m.cast<float>() - place.lever_m;
     const gpom::Point robot = {robot_m.x(), robot_m.y()};
+    gpom::follow_clock(map, stamp_us);
     gpom::lowres_follow(map.lowres, robot, stamp_us);
     gpom::Keeper &keeper = map.keeper;
     if (map.stats.scans_inserted == 0 || stamp_us != keeper.stamp_us) {

@@ -136,6 +136,7 @@ void start_writing(State &s)
     s.n_slots = s.map->index.n_slots;
     s.n_forgotten = s.map->index.n_forgotten;
     s.frame_epoch = s.map->lowres.frame_epoch;
+    s.stamp0_us = s.map->lowres.stamp0_us;
     s.origin_x_m = s.map->config.origin_x_m;
     s.origin_y_m = s.map->config.origin_y_m;
     rewind(s, kWrite);
@@ -202,7 +203,8 @@ bool has_jumped(const State &s)
 {
     const gpom_map_t &map = *s.map;
     return map.index.n_forgotten != s.n_forgotten || map.lowres.frame_epoch != s.frame_epoch ||
-           map.config.origin_x_m != s.origin_x_m || map.config.origin_y_m != s.origin_y_m;
+           map.config.origin_x_m != s.origin_x_m || map.config.origin_y_m != s.origin_y_m ||
+           map.lowres.stamp0_us != s.stamp0_us;
 }
 
 /// The beams of the next kBlockBeams slots of the store.

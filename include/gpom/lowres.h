@@ -62,12 +62,14 @@ typedef struct {
 typedef struct {
     gpom_raster_t raster;  /**< Geometry, map frame. nx = ny = 0: there is none. Cell (ix, iy) has
                                 its centre at (x0_m + (ix + 0.5) cell_m, likewise y). */
-    int64_t stamp0_us;     /**< Stamp of the map's first scan: stamp_ms counts from here [us]. */
-    uint32_t newest_ms;    /**< Stamp of the newest scan, from stamp0_us on [ms]. One more than a
-                                minute older than the newest sets it back: the clock was ahead.
-                                It stops at 0 for stamps before stamp0_us and at 2^32 - 1, 49 days
-                                later, also over snapshots: then ages are no longer known, and a map
-                                made anew is needed. */
+    int64_t stamp0_us;     /**< stamp_ms counts from here: the stamp of the map's first scan [us].
+                                When two scans in a row are before it, the second by more than a
+                                minute, or both 2^32 - 1 ms (49 days) or more after it, it moves to
+                                2^31 ms (24 days) before the second; what was longer ago counts as
+                                of then. */
+    uint32_t newest_ms;    /**< Stamp of the newest scan, from stamp0_us on, held within 32 bits
+                                [ms]. One more than a minute older than the newest sets it back: the
+                                clock was ahead. */
     uint32_t map_sequence; /**< Scans and other changes so far, modulo 2^32. */
     uint32_t frame_epoch;  /**< Grows by one when the map frame jumps (gpom_map_…). */
     uint32_t n_dirty;      /**< Cells marked and not evaluated since. */

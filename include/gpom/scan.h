@@ -92,7 +92,8 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *          16 removes are sorted, m log2(m).
  *          A rolling window that moves sets its new cells, at most all; an origin that moves
  *          (rebase_m) shifts all beams and boxes, and marks all cells if beams are out of its
- *          reach. Never waits for gpom_map_step(). */
+ *          reach; a stamp0_us that moves (lowres.h) shifts the stamps of all beams and cells. Never
+ *          waits for gpom_map_step(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
                                                        const gpom_sensor_t *sensor,
                                                        const gpom_pose_t *pose);

@@ -59,7 +59,7 @@ typedef struct {
     uint32_t n_dropped;    /**< Reading: beams without a place: the oldest where the map is smaller,
                                 and of those that wait for confirmation. */
     uint32_t n_restarts;   /**< Writing: started over because the map was cleared, its frame
-                                jumped or its origin moved. */
+                                jumped, or its origin or its stamp0_us (lowres.h) moved. */
     uint8_t params_differ; /**< Reading: 1: written with other hyperparameters. The beams are raw
                                 measurements and hold all the same; but how much uncertainty of a
                                 pose raised their noise follows the old covariance. */
@@ -74,6 +74,7 @@ typedef struct {
     int32_t status;
     uint64_t sequence, found_sequence[2];
     double origin_x_m, origin_y_m;
+    int64_t stamp0_us;
     uint32_t i_block, blocks_crc, n_beams, id_end, stamp_ms_max, n_slots, n_forgotten, frame_epoch;
     uint32_t n_placed, n_unordered, i_entry, next_id, n_provisional, first_free;
     const uint32_t *heap;
