@@ -59,13 +59,15 @@ struct Return {
     std::size_t in_map;
 };
 
-LearnPlace place_on(const Return &chosen, bool occupied, std::size_t i_world,
-                    ProtocolRandom &random)
+enum class Place { kOccupied, kFree, kFreeInBand };
+
+LearnPlace place_on(const Return &chosen, Place kind, std::size_t i_world, ProtocolRandom &random)
 {
     const LearnBeam &beam = chosen.beam;
-    const double along_m = occupied
-                               ? beam.range_m + kBeyondReturn
-                               : random.uniform() * std::max(beam.range_m - kShortOfReturn, 0.0);
+    const bool occupied = kind == Place::kOccupied;
+    const double along_m =
+        occupied ? beam.range_m + kBeyondReturn
+                 : free_distance(beam.range_m, kind == Place::kFreeInBand, random.uniform());
     return {beam.x_m + along_m * beam.dir_x, beam.y_m + along_m * beam.dir_y, occupied, i_world,
             chosen.in_map};
 }
@@ -73,9 +75,11 @@ LearnPlace place_on(const Return &chosen, bool occupied, std::size_t i_world,
 void draw_places(std::vector<LearnPlace> &places, const std::vector<Return> &returns, std::size_t n,
                  std::size_t i_world, ProtocolRandom &random)
 {
+    constexpr Place kInTurn[] = {Place::kOccupied, Place::kFree, Place::kOccupied,
+                                 Place::kFreeInBand};
     for (std::size_t i = 0; i < n && !returns.empty(); ++i) {
         const Return &chosen = returns[random.below(returns.size())];
-        places.push_back(place_on(chosen, i % 2 == 0, i_world, random));
+        places.push_back(place_on(chosen, kInTurn[i % 4], i_world, random));
     }
 }
 

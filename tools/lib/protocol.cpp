@@ -20,13 +20,15 @@ struct Reading {
     std::size_t i_beam;
 };
 
+/// A test point `distance_m` along a beam with a return.
 TestPoint point_along(const Scan &scan, std::size_t i_beam, double distance_m, bool occupied)
 {
     const double bearing_rad =
         scan.theta_rad + scan.angle_min_rad + static_cast<double>(i_beam) * scan.angle_step_rad;
     return {{scan.x_m + distance_m * std::cos(bearing_rad),
              scan.y_m + distance_m * std::sin(bearing_rad)},
-            occupied};
+            occupied,
+            std::abs(double{scan.ranges_m[i_beam]} - distance_m) <= kBand};
 }
 
 /// Put n of the readings, chosen at random without repetition, at the front; n <= their count.
@@ -49,7 +51,7 @@ std::vector<TestPoint> held_out_points(const std::vector<Scan> &scans,
         const bool occupied = i < n;
         const double distance_m = occupied
                                       ? range_m + kBeyondReturn
-                                      : random.uniform() * std::max(range_m - kShortOfReturn, 0.0);
+                                      : free_distance(range_m, i % 2 == 0, random.uniform());
         points.push_back(point_along(scan, readings[i].i_beam, distance_m, occupied));
     }
     return points;
@@ -101,6 +103,13 @@ double squared_distance(gpom_point_t point, const GridBeam &beam)
 }
 
 } // namespace
+
+double free_distance(double range_m, bool in_band, double share)
+{
+    const double most_m = std::max(range_m - kShortOfReturn, 0.0);
+    const double least_m = in_band ? std::max(range_m - kBand, 0.0) : 0.0;
+    return least_m + share * std::max(most_m - least_m, 0.0);
+}
 
 std::vector<Scan> read_log(const std::string &path, double range_max_m)
 {

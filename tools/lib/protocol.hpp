@@ -22,7 +22,8 @@ constexpr std::size_t kRunsHeldOut = 2;         ///< and their number.
 constexpr double kTrainingShareMax = 0.9;       ///< Someone has to judge.
 constexpr double kLogRangeMin = 0.05;           ///< Shorter returns are the housing [m].
 constexpr double kBeyondReturn = 0.05;          ///< Occupied test points [m].
-constexpr double kShortOfReturn = 0.3;          ///< Free test points end here [m].
+constexpr double kShortOfReturn = 0.05;         ///< Free test points end here [m].
+constexpr double kBand = 0.5;                   ///< The band: this near to the return [m].
 constexpr double kNearBeam = 5.0;               ///< "Near" a beam [m].
 
 /// Uniform numbers from the raw bits of mt19937_64: the same with any standard library.
@@ -42,7 +43,12 @@ private:
 struct TestPoint {
     gpom_point_t at;
     bool occupied;
+    bool in_band = false; ///< Of a log: within kBand of the return of its beam.
 };
+
+/// Where on a beam with a return a free point lies [m], `share` of the way from 0 to 1: of all that
+/// lies kShortOfReturn or more before the return, or of what is in the band alone.
+double free_distance(double range_m, bool in_band, double share);
 
 /// All scans of a log; the usable range of none is longer than range_max_m. Throws FileError.
 std::vector<Scan> read_log(const std::string &path, double range_max_m);
@@ -57,8 +63,9 @@ struct LogSplit {
 };
 
 /// Held-out beams: each return is for training with the probability `fraction`. Half of the test
-/// points lie kBeyondReturn behind one of the other returns, half uniformly along another's beam
-/// up to kShortOfReturn before it. Throws std::runtime_error if either part is empty.
+/// points are occupied and lie kBeyondReturn behind one of the other returns. Half are free and lie
+/// before another one: every second anywhere on its beam, the others in the band, all of them
+/// kShortOfReturn or more before the return. Throws std::runtime_error if either part is empty.
 LogSplit split_log(const std::vector<Scan> &scans, double fraction, std::uint64_t seed);
 
 /// Held-out runs: kRunsHeldOut runs of kRunScans consecutive scans, of those that start at

@@ -98,7 +98,8 @@ CountPair counts_of(const std::vector<GridBeam> &beams, const gpom_raster_t &ras
     return counts;
 }
 
-/// Points as the protocol's, along given beams: every second one behind a return.
+/// Points as the protocol's, along given beams: every second one behind a return, of the free ones
+/// every second in the band.
 std::vector<TestPoint> learning_points(const std::vector<GridBeam> &beams)
 {
     ProtocolRandom random(0);
@@ -108,7 +109,7 @@ std::vector<TestPoint> learning_points(const std::vector<GridBeam> &beams)
         const double share = random.uniform();
         const bool occupied = i % 2 == 0 && beam.hit;
         const double way_m = occupied ? beam.range_m + kBeyondReturn
-                                      : share * std::max(beam.range_m - kShortOfReturn, 0.0);
+                                      : free_distance(beam.range_m, i % 4 == 1, share);
         points.push_back({{beam.x_m + way_m * std::cos(beam.bearing_rad),
                            beam.y_m + way_m * std::sin(beam.bearing_rad)},
                           occupied});
