@@ -80,6 +80,11 @@ typedef struct {
                                    scans of one time alone saw [1], until a scan of another time
                                    returns from within keep_m, and again once scans that saw through
                                    the hit took its last count. sn2 .. 1e6, 0: as sn2. */
+    float line;               /**< Weight, inside eq. 7, of how far the query is behind the line
+                                   through the chosen hits: (1 - sqrt(l2 / l1)) (n . b) t /
+                                   sqrt(t^2 + (5 cm)^2), n being the line's normal, b the mean
+                                   direction of the hits' beams and t the distance [m] from the line
+                                   along n; fades to 0 at 30 m from the nearest hit. -1e6 .. 1e6. */
 } gpom_params_t;
 
 /** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt ones are better. */

@@ -16,7 +16,7 @@ namespace gpom_tools
 /// How a vehicle keeps its map (live.h).
 struct LiveConfig {
     std::uint32_t beam_max = 16384;
-    float keep_m = 0.1f;
+    float keep_m = 0.05f;
     std::uint32_t clear_scans = 3;
     std::uint64_t step_ops = 1000000; ///< Budget of the step after each scan.
 };

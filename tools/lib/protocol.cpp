@@ -49,9 +49,8 @@ std::vector<TestPoint> held_out_points(const std::vector<Scan> &scans,
         const Scan &scan = scans[readings[i].i_scan];
         const double range_m = double{scan.ranges_m[readings[i].i_beam]};
         const bool occupied = i < n;
-        const double distance_m = occupied
-                                      ? range_m + kBeyondReturn
-                                      : free_distance(range_m, i % 2 == 0, random.uniform());
+        const double distance_m = occupied ? range_m + kBeyondReturn
+                                           : free_distance(range_m, i % 2 == 0, random.uniform());
         points.push_back(point_along(scan, readings[i].i_beam, distance_m, occupied));
     }
     return points;
