@@ -311,8 +311,8 @@ def roc_figure(report):
     left.set_title("ROC, points within 5 m of a beam" if part == "near" else "ROC, held-out beams")
     draw_reliability(right, methods, part)
     figure.legend(left.get_lines()[:len(methods)],
-                  [f"{method['label']}: AUC {method[part]['auc']:.4f}, ECE {method[part]['ece']:.4f}"
-                   for method in methods], loc="outside lower center", ncols=2, frameon=False)
+                  [f"{m['label']}: AUC {m[part]['auc']:.4f}, ECE {m[part]['ece']:.4f}"
+                   for m in methods], loc="outside lower center", ncols=2, frameon=False)
     return figure
 
 

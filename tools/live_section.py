@@ -20,8 +20,8 @@ LEARNT_MODEL = ("--kernel", "matern12", "--model", "noise,anisotropy,vote")
 SURFACES_TEXT = """\
 Live maps as below: all scans in order, nine returns in ten, at most 16,384 beams kept; the other
 returns judge. "Learnt": parameters that `gpom-learn` took from the very returns that make the map.
-Rivals: from the tables above, nine returns in ten of at most 600 scans, all kept, each with its best
-setting. Means over the seeds, in brackets the spread.
+Rivals: from the tables above, nine returns in ten of at most 600 scans, all kept, each with its
+best setting. Means over the seeds, in brackets the spread.
 """
 TEXT = """\
 All scans in order, nine returns in ten, into a map of 16,384 beams, against as many beams drawn at

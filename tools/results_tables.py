@@ -65,7 +65,8 @@ def table_text(header, rows):
 def columns_of(values):
     """Cells of all metrics, then of those of the band; values(metric, part) gives the seeds'."""
     return [mean_and_spread(values(metric, part), digits)
-            for part, metrics in (("all", METRICS), ("band", BAND)) for metric, _, digits in metrics]
+            for part, metrics in (("all", METRICS), ("band", BAND))
+            for metric, _, digits in metrics]
 
 
 def log_table(figures, table, names):
