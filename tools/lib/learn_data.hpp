@@ -42,8 +42,8 @@ struct LearnData {
 
 /// Places on whole beams left out, as gpom-eval draws its own (protocol.hpp). At most 600 scans a
 /// log, evenly taken, of which every return makes the map with the probability `fraction` (drawn as
-/// split_log() does). To learn from: beams of the map, in four fifths of the scans. Held out: any returns in
-/// the other fifth, in runs. A place's own beam is never in its neighbourhood.
+/// split_log() does). To learn from: beams of the map, in four fifths of the scans. Held out: any
+/// returns in the other fifth, in runs. A place's own beam is never in its neighbourhood.
 /// Throws std::runtime_error or FileError.
 LearnData log_data(const std::vector<LearnSource> &sources, const DataOptions &options);
 
