@@ -33,9 +33,9 @@ dust, rain or another laser.
 """
 UNCHANGED_TEXT = """\
 The same without the places that changed: a return judges also when what it came from has left
-since, and the map rightly calls its place free. Left out are points of which the last five scans
-that saw the place say the contrary (a return within 0.15 m; a beam that passes within 0.05 m and
-goes on for 0.5 m).
+since, and the map rightly calls its place free. Left out are occupied points which the last five
+scans that saw the place looked through (a beam passes within 0.05 m and goes on for 0.5 m; no
+return within 0.15 m).
 """
 
 
