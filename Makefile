@@ -430,8 +430,8 @@ $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)
 
 $(BUILD)/gpomd: $(BUILD)/obj/ports/linux/gpomd.o $(LINUX_LIB)
 $(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
-    $(call objects,ports/linux/bus ports/linux/network tools/lib/scan_log tools/lib/text_lines)
-$(BUILD)/gpom-bridge: $(call objects,tools/gpom_bridge tools/lib/serial_line ports/linux/bus \
+    $(call objects,ports/linux/sender ports/linux/network tools/lib/scan_log tools/lib/text_lines)
+$(BUILD)/gpom-bridge: $(call objects,tools/gpom_bridge tools/lib/serial_line ports/linux/sender \
     ports/linux/memory ports/linux/network ports/linux/subscriber) $(BUILD)/libgpom_device.a
 $(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) \
     $(call objects,tools/lib/scan_log tools/lib/text_lines)

@@ -1,6 +1,5 @@
 // gpomd: scans in from LCM, maps out to LCM.
 #include "ports/linux/answers.hpp"
-#include "ports/linux/bus.hpp"
 #include "ports/linux/can_port.hpp"
 #include "ports/linux/clock.hpp"
 #include "ports/linux/config.hpp"
@@ -10,6 +9,7 @@
 #include "ports/linux/memory.hpp"
 #include "ports/linux/notify.hpp"
 #include "ports/linux/publisher.hpp"
+#include "ports/linux/sender.hpp"
 #include "ports/linux/snapshots.hpp"
 #include "ports/linux/status.hpp"
 #include "ports/linux/subscriber.hpp"
@@ -45,6 +45,12 @@ constexpr timespec kTurn = {0, 20000000}; // between tries, and between looks of
 
 /// How often dropped data are told in the log, if there are any.
 constexpr std::int64_t kLogPeriod_us = 10000000;
+
+/// How often systemd's watchdog is fed at least.
+constexpr std::int64_t kPulseMax_us = 500000;
+
+/// Of the map that waits for a slow network: newer tiles are better than more of the old ones.
+constexpr int kMapBufferBytes = 32768;
 
 struct NamedCount {
     std::size_t place;
@@ -112,6 +118,7 @@ private:
     bool has_per_beam() const;
     void init_parts();
     void restore();
+    void open_senders();
     void run_threads(const sigset_t &signals);
     void subscribe();
     void receive(const std::atomic<bool> &stop);
@@ -134,7 +141,7 @@ private:
     Log log_{STDOUT_FILENO};
     Memory memory_;
     Counts counts_;
-    Bus bus_{&counts_};
+    Sender map_sender_{&counts_}, answer_sender_{&counts_}, status_sender_{&counts_};
     Subscriber subscriber_;
     ScanQueue scans_;
     QueryQueue queries_;
@@ -316,8 +323,8 @@ void Daemon::log_link()
 /// Status, watchdog and log, until a signal says to stop.
 void Daemon::watch(const sigset_t &signals)
 {
-    StatusSender status(config_, bus_, mapping_, counts_);
-    const std::int64_t watchdog_period_us = watchdog_us() / 3;
+    StatusSender status(config_, status_sender_, mapping_, counts_);
+    const std::int64_t watchdog_period_us = std::min(watchdog_us() / 3, kPulseMax_us);
     std::int64_t status_us = monotonic_us();
     std::int64_t watchdog_next_us = status_us;
     std::int64_t log_us = status_us + kLogPeriod_us;
@@ -359,12 +366,12 @@ void Daemon::init_parts()
     scans_.init(memory_, config_.intake.queue_scans + 1, config_.intake.ranges_max, has_per_beam());
     queries_.init(memory_);
     intake_.init(config_, memory_, scans_, counts_);
-    const char *const problem =
-        mapping_.init(config_, memory_, {&bus_, &scans_, &queries_, &snapshots_, &counts_});
+    const char *const problem = mapping_.init(
+        config_, memory_, {&answer_sender_, &scans_, &queries_, &snapshots_, &counts_});
     if (problem != nullptr) {
         throw std::runtime_error(std::string("map: ") + problem);
     }
-    publisher_.init(config_, memory_, bus_, mapping_, counts_);
+    publisher_.init(config_, memory_, map_sender_, mapping_, counts_);
     subscriber_.init(config_.intake.ranges_max, memory_, counts_);
     odometry_.init(config_.can.odometry);
     can_.init(config_, memory_, {&mapping_, &odometry_, &counts_});
@@ -397,6 +404,17 @@ void Daemon::restore()
     }
 }
 
+void Daemon::open_senders()
+{
+    const char *problem = map_sender_.open(config_.lcm_url, kMapBufferBytes);
+    for (Sender *const sender : {&answer_sender_, &status_sender_}) {
+        problem = problem == nullptr ? sender->open(config_.lcm_url) : problem;
+    }
+    if (problem != nullptr) {
+        throw std::runtime_error(problem);
+    }
+}
+
 void Daemon::run()
 {
     sigset_t signals;
@@ -406,9 +424,7 @@ void Daemon::run()
     pthread_sigmask(SIG_BLOCK, &signals, nullptr); // of all threads; watch() waits for them
     std::signal(SIGPIPE, SIG_IGN); // nobody reads the log any more: no reason to end
     std::signal(SIGXFSZ, SIG_IGN); // a snapshot that may not grow is a failed one, not the end
-    if (const char *const problem = bus_.open(config_.lcm_url); problem != nullptr) {
-        throw std::runtime_error(problem);
-    }
+    open_senders();
     init_parts();
     check();
     restore();

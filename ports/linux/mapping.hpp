@@ -3,10 +3,10 @@
 #define GPOM_LINUX_MAPPING_HPP
 
 #include "ports/linux/answers.hpp"
-#include "ports/linux/bus.hpp"
 #include "ports/linux/config.hpp"
 #include "ports/linux/counts.hpp"
 #include "ports/linux/scan_queue.hpp"
+#include "ports/linux/sender.hpp"
 #include "ports/linux/snapshots.hpp"
 
 #include <atomic>
@@ -33,7 +33,7 @@ struct MapState {
 
 /// What the thread works on; all of it outlives the thread.
 struct MapLinks {
-    Bus *bus;
+    Sender *sender; ///< Of this thread alone.
     ScanQueue *scans;
     QueryQueue *queries;
     Snapshots *snapshots;

@@ -7,9 +7,9 @@
 namespace gpomd
 {
 
-StatusSender::StatusSender(const Config &config, Bus &bus, MapThread &mapping, Counts &counts)
-    : config_(config), bus_(bus), mapping_(mapping), counts_(counts), started_us_(monotonic_us()),
-      last_us_(started_us_)
+StatusSender::StatusSender(const Config &config, Sender &sender, MapThread &mapping, Counts &counts)
+    : config_(config), sender_(sender), mapping_(mapping), counts_(counts),
+      started_us_(monotonic_us()), last_us_(started_us_)
 {
 }
 
@@ -52,7 +52,7 @@ void StatusSender::send(bool is_stopping)
     last_us_ = now_us;
     std::uint8_t bytes[GPOM_WIRE_STATUS_BYTES];
     const std::size_t n_bytes = gpom_wire_status_encode(&status, bytes, sizeof bytes);
-    bus_.send(config_.publish.status, bytes, n_bytes);
+    sender_.send(config_.publish.status, bytes, n_bytes);
 }
 
 /// What was counted since the last status, per second.

@@ -2,10 +2,10 @@
 #ifndef GPOM_LINUX_STATUS_HPP
 #define GPOM_LINUX_STATUS_HPP
 
-#include "ports/linux/bus.hpp"
 #include "ports/linux/config.hpp"
 #include "ports/linux/counts.hpp"
 #include "ports/linux/mapping.hpp"
+#include "ports/linux/sender.hpp"
 
 #include <cstdint>
 
@@ -15,7 +15,7 @@ namespace gpomd
 /// Sends a status when asked to. Used by one thread.
 class StatusSender {
 public:
-    StatusSender(const Config &config, Bus &bus, MapThread &mapping, Counts &counts);
+    StatusSender(const Config &config, Sender &sender, MapThread &mapping, Counts &counts);
 
     void send(bool is_stopping);
 
@@ -25,7 +25,7 @@ private:
     void add_map_counts(const gpom_stats_t &stats);
 
     const Config &config_;
-    Bus &bus_;
+    Sender &sender_;
     MapThread &mapping_;
     Counts &counts_;
     std::int64_t started_us_;
