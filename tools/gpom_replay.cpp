@@ -2,18 +2,14 @@
 #include "ports/codec/codec.h"
 #include "ports/linux/sender.hpp"
 #include "tools/lib/command_line.hpp"
+#include "tools/lib/lcm_log.hpp"
 #include "tools/lib/scan_log.hpp"
-
-#include <lcm/eventlog.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -270,45 +266,22 @@ void replay_scans(const Options &options, Bus &bus)
     }
 }
 
-/// An LCM event log begins with the word that begins each of its events.
-bool is_event_log(const std::string &path)
-{
-    std::ifstream file(path, std::ios::binary);
-    unsigned char head[4] = {};
-    file.read(reinterpret_cast<char *>(head), sizeof head);
-    return file && head[0] == 0xed && head[1] == 0xa1 && head[2] == 0xda && head[3] == 0x01;
-}
-
-/// Bytes of an event in a log but for its channel and its data.
-constexpr std::uint64_t kEventHeadBytes = 28;
-
 void replay_log(const Options &options, Bus &bus)
 {
-    const std::unique_ptr<lcm_eventlog_t, void (*)(lcm_eventlog_t *)> log(
-        lcm_eventlog_create(options.in_path.c_str(), "r"), lcm_eventlog_destroy);
-    if (log == nullptr) {
-        throw FileError(options.in_path, 0, "liblcm cannot read this log");
-    }
+    LcmLog log(options.in_path);
     const std::vector<std::string> &wanted = options.log_channels;
     Pace pace(options.rate);
-    std::uint64_t n_bytes = 0; // of whole events
-    while (lcm_eventlog_event_t *const event = lcm_eventlog_read_next_event(log.get())) {
-        const std::unique_ptr<lcm_eventlog_event_t, void (*)(lcm_eventlog_event_t *)> owner(
-            event, lcm_eventlog_free_event);
-        const std::string channel(event->channel);
-        n_bytes += kEventHeadBytes + static_cast<std::uint64_t>(event->channellen) +
-                   static_cast<std::uint64_t>(event->datalen);
-        if (event->datalen > 0 &&
-            (wanted.empty() || std::find(wanted.begin(), wanted.end(), channel) != wanted.end())) {
-            pace.wait_for(1e-6 * static_cast<double>(event->timestamp));
-            bus.send(channel, event->data, static_cast<std::size_t>(event->datalen));
+    for (LcmEvent event; log.next(event);) {
+        if (!event.bytes.empty() && (wanted.empty() || std::find(wanted.begin(), wanted.end(),
+                                                                 event.channel) != wanted.end())) {
+            pace.wait_for(1e-6 * static_cast<double>(event.stamp_us));
+            bus.send(event.channel, event.bytes.data(), event.bytes.size());
         }
     }
-    const std::string sent = std::to_string(bus.n_sent()) + " messages sent";
-    if (n_bytes != std::filesystem::file_size(options.in_path)) { // liblcm takes this for the end
+    if (log.is_cut()) {
         throw FileError(options.in_path, 0,
-                        "cut or damaged after its first " + std::to_string(n_bytes) + " bytes; " +
-                            sent);
+                        "cut or damaged after its first " + std::to_string(log.n_bytes()) +
+                            " bytes; " + std::to_string(bus.n_sent()) + " messages sent");
     }
     if (bus.n_sent() == 0) {
         throw FileError(options.in_path, 0,
@@ -318,7 +291,7 @@ void replay_log(const Options &options, Bus &bus)
 
 void replay(const Options &options)
 {
-    const bool is_log = is_event_log(options.in_path);
+    const bool is_log = is_lcm_log(options.in_path);
     if (!is_log && !options.log_channels.empty()) {
         throw std::runtime_error("--channel: only for an LCM event log");
     }

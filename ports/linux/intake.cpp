@@ -1,5 +1,7 @@
 #include "ports/linux/intake.hpp"
 
+#include "ports/linux/clock.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -61,8 +63,7 @@ bool is_per_beam_sane(const ScanSlot &slot)
     return true;
 }
 
-/// Stamps so large that sums with them could overflow are nobody's.
-bool is_stamp(std::int64_t stamp_us) { return stamp_us >= 0 && stamp_us <= INT64_MAX / 4; }
+bool is_stamp(std::int64_t stamp_us) { return stamp_us >= 0 && stamp_us <= kStampMax_us; }
 
 } // namespace
 

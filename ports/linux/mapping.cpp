@@ -35,6 +35,15 @@ gpom_jump_t rule_of(JumpRule rule)
     return GPOM_JUMP_KEEP;
 }
 
+/// Of the newest scan in a map, whose stamps may be those of any program: brought to what gpomd
+/// would have let in.
+std::int64_t newest_stamp_us(const gpom_lowres_info_t &info)
+{
+    const std::int64_t stamp0_us = std::clamp(info.stamp0_us, -kStampMax_us, kStampMax_us);
+    const std::int64_t stamp_us = stamp0_us + std::int64_t{1000} * info.newest_ms;
+    return std::clamp<std::int64_t>(stamp_us, 0, kStampMax_us);
+}
+
 } // namespace
 
 std::size_t MapThread::need(const Config &config)
@@ -96,7 +105,7 @@ bool MapThread::restore(gpom_snapshot_report_t &report)
     const std::lock_guard<std::mutex> lock(mutex_);
     state_.has_map = report.n_beams > 0;
     state_.frame_epoch = info.frame_epoch;
-    state_.stamp_us = info.stamp0_us + std::int64_t{1000} * info.newest_ms;
+    state_.stamp_us = newest_stamp_us(info);
     std::fill_n(state_.pose, 3, std::numeric_limits<double>::quiet_NaN());
     state_.n_beams = report.n_beams;
     return true;
