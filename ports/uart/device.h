@@ -11,8 +11,8 @@
  *      out  GPOM_MAP           gpom.map_t: changed tiles, and all tiles now and then
  *           GPOM_STATUS        gpom.status_t
  *
- *  The device knows no calendar: a stamp that it gives is that of the newest scan plus the time
- *  since that came, and 0 before the first; the status' lag is from a scan's last byte on. */
+ *  The device knows no calendar: a stamp that it gives is that of the newest scan in the map plus
+ *  the time since that came, and 0 before the first; the status' lag is from a scan's last byte on. */
 #ifndef GPOM_UART_DEVICE_H
 #define GPOM_UART_DEVICE_H
 
@@ -61,7 +61,8 @@ typedef struct {
     int64_t map_period_us;      /**< Between publications of what changed. Default 200,000. */
     int64_t keyframe_period_us; /**< Between publications of all tiles. Default 5,000,000. */
     int64_t status_period_us;   /**< Default 1,000,000. */
-    int64_t stale_after_us;     /**< No scan for so long: state STALE. Default 1,000,000. */
+    int64_t stale_after_us;     /**< No scan with a usable reading inserted for so long: state
+                                    STALE. Default 1,000,000. */
 } gpom_device_config_t;
 
 /** Bytes of memory for a device: a constant expression for a static array. n_points = n_hits +
@@ -89,9 +90,11 @@ typedef struct {
     gpom_scratch_t scratch;
     float *ranges_m;
     int64_t started_us;
-    /* the newest scan */
-    int64_t stamp_us, arrived_us, lag_us, lag_us_max;
+    /* the newest scan in the map, and when the last one with a usable reading came */
+    int64_t stamp_us, arrived_us, lag_us, lag_us_max, fresh_us;
     double pose[3];
+    /* the newest scan that came in order, in the map or refused by it */
+    int64_t newest_us;
     uint32_t sequence;
     bool has_sequence;
     uint32_t n_behind; /* scans in a row behind the newest, and the last one's stamp */

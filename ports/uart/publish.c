@@ -20,7 +20,9 @@ uint32_t gpom_device_tile_count(const gpom_config_t *config)
 /* The newest scan's stamp and what went by since. */
 static int64_t stamp_of(const gpom_device_t *device, int64_t now_us)
 {
-    return device->has_sequence ? device->stamp_us + (now_us - device->arrived_us) : 0;
+    return device->counts[GPOM_WIRE_SCANS_INSERTED] > 0
+               ? device->stamp_us + (now_us - device->arrived_us)
+               : 0;
 }
 
 /* Write what is before a message. Bytes. */
@@ -136,7 +138,7 @@ static void begin_map(gpom_device_t *device, int64_t now_us)
 {
     const gpom_raster_t before = device->info.raster;
     const uint32_t epoch = device->info.frame_epoch;
-    if (!device->has_sequence ||
+    if (device->counts[GPOM_WIRE_SCANS_INSERTED] == 0 ||
         gpom_lowres_info(device->map, GPOM_LAYER_COARSE, &device->info) != GPOM_OK) {
         return; /* nothing to tell yet */
     }
@@ -198,8 +200,8 @@ static gpom_wire_state_t state_of(const gpom_device_t *device, int64_t now_us)
     if (device->counts[GPOM_WIRE_SCANS_INSERTED] == 0) {
         return GPOM_WIRE_STATE_STARTING;
     }
-    return now_us - device->arrived_us > device->config.stale_after_us ? GPOM_WIRE_STATE_STALE
-                                                                       : GPOM_WIRE_STATE_MAPPING;
+    return now_us - device->fresh_us > device->config.stale_after_us ? GPOM_WIRE_STATE_STALE
+                                                                     : GPOM_WIRE_STATE_MAPPING;
 }
 
 /* Counters that others keep. */
