@@ -3,6 +3,7 @@
 #ifndef GPOM_CODEC_GPOM_STATUS_H
 #define GPOM_CODEC_GPOM_STATUS_H
 
+#include "gpom/map.h"
 #include "ports/codec/wire.h"
 
 #ifdef __cplusplus
@@ -51,6 +52,10 @@ enum {
     GPOM_WIRE_BEAMS_TOO_NEAR = 28,
     GPOM_WIRE_BEAMS_MASKED = 29,
     GPOM_WIRE_BEAMS_FULL = 30,
+    GPOM_WIRE_BEAMS_KNOWN = 31,
+    GPOM_WIRE_BEAMS_CONTRADICTING = 32,
+    GPOM_WIRE_BEAMS_IDS_SPENT = 33,
+    GPOM_WIRE_KEPT_EVICTED = 34,
     GPOM_WIRE_MAPS_PUBLISHED = 40,
     GPOM_WIRE_TILES_PUBLISHED = 41,
     GPOM_WIRE_QUERIES_ANSWERED = 42,
@@ -127,6 +132,10 @@ GPOM_NODISCARD gpom_wire_fault_t gpom_wire_status_decode(gpom_wire_status_t *mes
 /** Bytes written; 0 if they do not fit or the state is not known. */
 GPOM_NODISCARD size_t gpom_wire_status_encode(const gpom_wire_status_t *message, uint8_t *bytes,
                                               size_t n_bytes);
+
+/** Put what a map counts of beams into their places in gpom_wire_status_t.counts: each range of an
+ *  inserted scan is in one of GPOM_WIRE_BEAMS_.... */
+void gpom_wire_count_beams(const gpom_stats_t *stats, int64_t *counts);
 
 #ifdef __cplusplus
 }

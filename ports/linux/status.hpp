@@ -22,7 +22,6 @@ public:
 private:
     float rate_of(std::size_t place, std::int64_t span_us);
     gpom_wire_state_t state_of(const MapState &state, std::int64_t n_inserted) const;
-    void add_map_counts(const gpom_stats_t &stats);
 
     const Config &config_;
     Sender &sender_;

@@ -71,6 +71,7 @@ static void make_device(void)
     gpom_device_config_t config;
     gpom_device_config_init(&config);
     config.map.beam_max = BEAM_MAX;
+    config.map.keep_m = 0.1f;
     config.map.lowres_cell_m = 0.5;
     config.map.lowres_nx = config.map.lowres_ny = N_SIDE;
     config.map.lowres_y0_m = -4.0;
@@ -197,6 +198,9 @@ static void test_wall(void)
     gpom_wire_status_t status = newest_status();
     expect(status.state == GPOM_WIRE_STATE_MAPPING, "scans come: it is mapping");
     expect(status.counts[GPOM_WIRE_SCANS_INSERTED] == 10, "all ten are in the map");
+    expect(status.counts[GPOM_WIRE_BEAMS_HIT] + status.counts[GPOM_WIRE_BEAMS_KNOWN] ==
+               10 * RANGES_MAX,
+           "each range is in one counter: kept, or known already");
     expect(class_at(5.1, 0.0) == GPOM_OCCUPIED, "the wall is occupied");
     expect(class_at(3.1, 0.0) == GPOM_FREE, "the way to it is free");
     run_ms(2500);

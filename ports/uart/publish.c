@@ -211,14 +211,7 @@ static void add_counts(const gpom_device_t *device, int64_t *counts)
     const gpom_wire_receiver_stats_t *const datagrams = &device->receiver.stats;
     gpom_stats_t beams;
     if (gpom_map_stats(device->map, &beams) == GPOM_OK) {
-        counts[GPOM_WIRE_BEAMS_HIT] = (int64_t)beams.beams_hit;
-        counts[GPOM_WIRE_BEAMS_NO_RETURN] = (int64_t)beams.beams_no_return;
-        counts[GPOM_WIRE_BEAMS_NAN] = (int64_t)beams.beams_nan;
-        counts[GPOM_WIRE_BEAMS_NOT_POSITIVE] = (int64_t)beams.beams_not_positive;
-        counts[GPOM_WIRE_BEAMS_TOO_NEAR] = (int64_t)beams.beams_too_near;
-        counts[GPOM_WIRE_BEAMS_MASKED] = (int64_t)beams.beams_masked;
-        counts[GPOM_WIRE_BEAMS_FULL] =
-            (int64_t)(beams.beams_redundant + gpom_stats_evicted(&beams));
+        gpom_wire_count_beams(&beams, counts);
     }
     counts[GPOM_WIRE_FRAMES_RECEIVED] = (int64_t)frames->frames_received;
     counts[GPOM_WIRE_FRAMES_SHORT] = (int64_t)frames->frames_short;
