@@ -126,7 +126,7 @@ private:
     bool has_pulse();
     void log(const std::string &text) { log_.tell(text.c_str()); }
     void log_drops();
-    void log_jump();
+    void log_jump(std::int64_t now_us);
     void log_link();
     static void on_scan(void *daemon, const char *channel, const std::uint8_t *bytes,
                         std::size_t n_bytes);
@@ -155,7 +155,8 @@ private:
     std::atomic<std::uint64_t> pulse_{0}; ///< Of the receiving thread.
     std::uint64_t seen_pulses_[4] = {};
     std::int64_t n_logged_jumps_ = 0;
-    bool has_logged_link_ = true; ///< What the log last said of LCM's network.
+    std::int64_t jump_log_us_ = 0; ///< No line about a jump before; monotonic.
+    bool has_logged_link_ = true;  ///< What the log last said of LCM's network.
     std::uint32_t n_logged_links_ = 1;
     std::int64_t logged_drops_[sizeof kDrops / sizeof *kDrops] = {};
 };
@@ -286,14 +287,16 @@ void Daemon::log_drops()
     }
 }
 
-/// The last jump, if it has not been told.
-void Daemon::log_jump()
+/// The last jump, if it has not been told. A localiser that jumps to and fro must not fill the disk
+/// with lines.
+void Daemon::log_jump(std::int64_t now_us)
 {
     const std::int64_t n_jumps = counts_[GPOM_WIRE_FRAME_JUMPS];
-    if (n_jumps == n_logged_jumps_) {
+    if (n_jumps == n_logged_jumps_ || now_us < jump_log_us_) {
         return;
     }
     n_logged_jumps_ = n_jumps;
+    jump_log_us_ = now_us + kLogPeriod_us;
     const MapState state = mapping_.state();
     const double *const from = state.jump_from;
     const double *const to = state.jump_to;
@@ -345,7 +348,7 @@ void Daemon::watch(const sigset_t &signals)
             log_us = now_us + kLogPeriod_us;
         }
         log_.tell_lost();
-        log_jump();
+        log_jump(now_us);
         log_link();
         for (const char *news = can_.next_news(); news != nullptr; news = can_.next_news()) {
             log(std::string(config_.can.interface) + " " + news);
@@ -431,7 +434,7 @@ void Daemon::run()
     subscribe();
     can_.open();
     run_threads(signals);
-    log_jump();
+    log_jump(INT64_MAX);
     log_drops();
     log("stopped after " + std::to_string(counts_[GPOM_WIRE_SCANS_INSERTED]) + " scans");
 }

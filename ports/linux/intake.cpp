@@ -20,6 +20,10 @@ constexpr std::int64_t kBeamTimeMax_us = 1000000;
 /// Poses nearer in time tell little of odometry's errors beside their own.
 constexpr std::int64_t kLearn_us = 1000000;
 
+/// No sensor scans more often; and so many numbers may be missing at once.
+constexpr std::int64_t kScanPeriodMin_us = 100;
+constexpr std::int64_t kLostMax = 1000;
+
 /// Bearings and steps within what the library takes.
 bool is_angle(double angle_rad) { return std::fabs(angle_rad) <= 100.0; }
 bool is_step(double angle_rad) { return std::fabs(angle_rad) <= 10.0; }
@@ -210,7 +214,7 @@ bool Intake::admit(const ScanSlot &slot, std::uint32_t sequence, std::int64_t wa
     const IntakeConfig &limits = config_->intake;
     const bool is_own = config_->sensors[slot.i_sensor].type == ScanType::gpom_scan;
     Track &track = tracks_[slot.i_sensor];
-    const std::int32_t ahead = is_own ? note_sequence(track, sequence) : 1;
+    const std::int32_t ahead = is_own ? note_sequence(track, sequence, slot.arrived_us) : 1;
     if (slot.stamp_us > wall_us + limits.ahead_max_us) {
         counts_->add(GPOM_WIRE_SCANS_TOO_NEW);
         return false;
@@ -228,36 +232,41 @@ bool Intake::admit(const ScanSlot &slot, std::uint32_t sequence, std::int64_t wa
     }
     track.has_scan = true;
     track.stamp_us = slot.stamp_us;
+    track.order_us = slot.stamp_us <= wall_us ? slot.stamp_us : track.order_us;
     track.sequence = sequence;
     track.n_behind = 0;
     return true;
 }
 
-/// How far a sequence number is ahead of the newest seen; what is missing between is lost.
-std::int32_t Intake::note_sequence(Track &track, std::uint32_t sequence)
+/// How far a sequence number is ahead of the newest seen. What is missing between is lost, unless
+/// no sensor sends so many in that time: then the sender began to count anew.
+std::int32_t Intake::note_sequence(Track &track, std::uint32_t sequence, std::int64_t arrived_us)
 {
     const auto ahead = static_cast<std::int32_t>(sequence - track.sequence);
-    if (!track.has_sequence) {
-        track.has_sequence = true;
-        track.sequence = sequence;
-        return 1;
+    const std::int64_t since_us = arrived_us - track.arrived_us;
+    if (track.has_sequence && ahead <= 0) {
+        return ahead;
     }
-    if (ahead > 0) {
+    const bool is_loss = track.has_sequence && ahead <= kLostMax + since_us / kScanPeriodMin_us;
+    if (is_loss) {
         counts_->add(GPOM_WIRE_SCANS_LOST, ahead - 1);
-        track.sequence = sequence;
     }
-    return ahead;
+    track.has_sequence = true;
+    track.sequence = sequence;
+    track.arrived_us = arrived_us;
+    return is_loss ? ahead : 1;
 }
 
-/// Is a scan later than the last one of its sensor? A lower number with a later stamp is a sender
-/// that was started again.
+/// Is a scan later than the last one of its sensor? One that was ahead of the clock does not count:
+/// it would keep all others out until its time has come. A lower number with a later stamp is a
+/// sender that was started again.
 bool Intake::is_next(Track &track, const ScanSlot &slot, std::int32_t ahead)
 {
     if (ahead == 0 || slot.stamp_us == track.stamp_us) {
         counts_->add(GPOM_WIRE_SCANS_REPEATED);
         return false;
     }
-    if (slot.stamp_us < track.stamp_us && !is_set_back(track, slot.stamp_us)) {
+    if (slot.stamp_us < track.order_us && !is_set_back(track, slot.stamp_us)) {
         counts_->add(ahead < 0 ? GPOM_WIRE_SCANS_REORDERED : GPOM_WIRE_SCANS_JUMPED_BACK);
         return false;
     }
@@ -339,8 +348,12 @@ void Intake::take_pose(const Message &message)
         pose = {read.stamp_us, static_cast<double>(read.x_m), static_cast<double>(read.y_m),
                 static_cast<double>(read.yaw_rad)};
     }
-    if (fault != GPOM_WIRE_OK || !is_stamp(pose.stamp_us) ||
-        pose.stamp_us > message.wall_us + config_->intake.ahead_max_us || !poses_.push(pose)) {
+    const std::uint32_t n_gave_way = poses_.n_gave_way();
+    const bool is_taken = fault == GPOM_WIRE_OK && is_stamp(pose.stamp_us) &&
+                          pose.stamp_us <= message.wall_us + config_->intake.ahead_max_us &&
+                          poses_.push(pose, message.wall_us);
+    counts_->add(GPOM_WIRE_POSES_REFUSED, poses_.n_gave_way() - n_gave_way);
+    if (!is_taken) {
         counts_->add(GPOM_WIRE_POSES_REFUSED);
         return;
     }
@@ -352,7 +365,7 @@ void Intake::take_pose(const Message &message)
         poses_.drop_newest();
         return;
     case Continuity::jumps:
-        poses_.push(pose); // the first of its frame
+        poses_.push(pose, message.wall_us); // the first of its frame
         break;
     }
     match_waiting();

@@ -45,10 +45,12 @@ private:
     struct Track {
         bool has_scan;
         bool has_sequence;
-        std::int64_t stamp_us;  ///< Of the last scan admitted.
-        std::uint32_t sequence; ///< The newest seen.
-        std::int64_t behind_us; ///< Stamp of the last scan behind stamp_us.
-        std::uint32_t n_behind; ///< So many in a row, each newer than the one before.
+        std::int64_t stamp_us;   ///< Of the last scan admitted.
+        std::int64_t order_us;   ///< Of the last one admitted that was not ahead of the clock.
+        std::uint32_t sequence;  ///< The newest seen.
+        std::int64_t arrived_us; ///< When that came; monotonic.
+        std::int64_t behind_us;  ///< Stamp of the last scan behind stamp_us.
+        std::uint32_t n_behind;  ///< So many in a row, each newer than the one before.
     };
 
     gpom_wire_fault_t decode_scan(const char *channel, const Message &message, ScanSlot &slot,
@@ -58,7 +60,7 @@ private:
     gpom_wire_fault_t decode_planar_lidar(const Message &message, ScanSlot &slot);
     gpom_wire_fault_t decode_lidar(const Message &message, ScanSlot &slot);
     bool admit(const ScanSlot &slot, std::uint32_t sequence, std::int64_t wall_us);
-    std::int32_t note_sequence(Track &track, std::uint32_t sequence);
+    std::int32_t note_sequence(Track &track, std::uint32_t sequence, std::int64_t arrived_us);
     bool is_next(Track &track, const ScanSlot &slot, std::int32_t ahead);
     bool is_set_back(Track &track, std::int64_t stamp_us);
     void keep_spare();

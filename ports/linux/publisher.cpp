@@ -22,6 +22,10 @@ constexpr double kLogOddsUnits = 16.0;
 constexpr std::size_t kGridHeadBytes = 40;
 constexpr std::size_t kPixelHeadBytes = 70;
 
+/// Whole maps that messages cause, by asking or by jumps of the pose, are so far apart at least: a
+/// few bytes on the bus must not become many.
+constexpr std::int64_t kWholePeriod_us = 1000000;
+
 /// Copies of the map in a row that a jump of its frame may spoil.
 constexpr int kCopyTries = 4;
 
@@ -116,7 +120,6 @@ void Publisher::run(const std::atomic<bool> &stop)
     stop_ = &stop;
     while (!stop.load(std::memory_order_relaxed)) {
         pulse_.fetch_add(1, std::memory_order_relaxed);
-        bool is_requested = false;
         {
             std::unique_lock<std::mutex> lock(mutex_);
             const std::chrono::microseconds wait(
@@ -125,13 +128,10 @@ void Publisher::run(const std::atomic<bool> &stop)
             is_woken_ = false;
         }
         const std::int64_t now_us = monotonic_us();
-        if (!changes.has_come(now_us) || !copy()) {
+        if (!changes.has_come(now_us) || !copy() || !may_begin_epoch(now_us)) {
             continue;
         }
-        {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            std::swap(is_requested, is_requested_);
-        }
+        const bool is_requested = take_request(now_us);
         send_map(keyframes.has_come(now_us) || is_requested);
         if (grids.has_come(now_us)) {
             send_grid();
@@ -141,6 +141,32 @@ void Publisher::run(const std::atomic<bool> &stop)
     if (copy()) {
         send_map(true);
     }
+}
+
+/// Was a keyframe asked for, and may it go out already? Else the request stays.
+bool Publisher::take_request(std::int64_t now_us)
+{
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!is_requested_ || now_us < request_due_us_) {
+        return false;
+    }
+    is_requested_ = false;
+    request_due_us_ = now_us + kWholePeriod_us;
+    return true;
+}
+
+/// False: the frame has jumped again too soon. Nothing is sent then, since tiles of two frames do
+/// not fit each other.
+bool Publisher::may_begin_epoch(std::int64_t now_us)
+{
+    if (!has_sent_ || info_.frame_epoch == sent_info_.frame_epoch) {
+        return true;
+    }
+    if (now_us < epoch_due_us_) {
+        return false;
+    }
+    epoch_due_us_ = now_us + kWholePeriod_us;
+    return true;
 }
 
 void Publisher::request_keyframe()

@@ -25,7 +25,7 @@ public:
 
     /// Work until `stop`; then send a last keyframe, as far as the network takes it at once.
     void run(const std::atomic<bool> &stop);
-    /// Send a keyframe at the next turn.
+    /// Send a keyframe at the next turn, or a second after the last one that was asked for.
     void request_keyframe();
     /// Look at `stop` now.
     void wake();
@@ -36,6 +36,8 @@ private:
     bool send(const char *channel, std::size_t n_bytes);
     static bool goes_on(void *publisher);
     bool copy();
+    bool take_request(std::int64_t now_us);
+    bool may_begin_epoch(std::int64_t now_us);
     void send_map(bool is_keyframe);
     void note_raster();
     void encode_tile(std::uint32_t i_tile);
@@ -64,6 +66,7 @@ private:
     gpom_lowres_info_t sent_info_ = {};
     std::int64_t sent_stamp_us_ = 0;
     bool has_sent_ = false;
+    std::int64_t request_due_us_ = 0, epoch_due_us_ = 0; ///< No whole map of that cause before.
     std::uint32_t map_sequence_ = 0;
 
     std::mutex mutex_;

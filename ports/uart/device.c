@@ -15,6 +15,11 @@ static const char request_channel[] = "GPOM_MAP_REQUEST";
 #define STEP_MAX_RAD 10.0
 #define STAMP_MAX_US (INT64_MAX / 4)
 
+/* No sensor scans more often, and so many numbers may be missing at once: a number farther ahead is
+ * that of a sender which began to count anew. */
+#define SCAN_PERIOD_MIN_US 100
+#define LOST_MAX 1000
+
 /* So many scans in a row, in order, that are older than the newest: the sender's clock was set
  * back, and is followed. */
 enum { SET_BACK_SCANS = 10 };
@@ -132,7 +137,7 @@ static bool is_set_back(gpom_device_t *device, int64_t stamp_us)
 }
 
 /* Is a scan later than the newest? A lower number with a later stamp: the sender began anew. */
-static bool is_next(gpom_device_t *device, const gpom_wire_scan_t *scan)
+static bool is_next(gpom_device_t *device, const gpom_wire_scan_t *scan, int64_t now_us)
 {
     const int32_t ahead = (int32_t)(scan->sequence - device->sequence);
     if (device->has_sequence && (ahead == 0 || scan->stamp_us == device->newest_us)) {
@@ -144,11 +149,13 @@ static bool is_next(gpom_device_t *device, const gpom_wire_scan_t *scan)
         ++device->counts[ahead < 0 ? GPOM_WIRE_SCANS_REORDERED : GPOM_WIRE_SCANS_JUMPED_BACK];
         return false;
     }
-    if (device->has_sequence && ahead > 1) {
+    const int64_t since_us = now_us - device->sequence_us;
+    if (device->has_sequence && ahead > 1 && ahead <= LOST_MAX + since_us / SCAN_PERIOD_MIN_US) {
         device->counts[GPOM_WIRE_SCANS_LOST] += ahead - 1;
     }
     device->has_sequence = true;
     device->sequence = scan->sequence;
+    device->sequence_us = now_us;
     device->newest_us = scan->stamp_us;
     device->n_behind = 0;
     return true;
@@ -209,7 +216,7 @@ static void take_scan(gpom_device_t *device, const gpom_wire_message_t *message,
     }
     if (fault != GPOM_WIRE_OK) {
         ++device->counts[place_of(fault)];
-    } else if (is_next(device, &scan)) {
+    } else if (is_next(device, &scan, now_us)) {
         insert(device, &scan, now_us);
     }
 }

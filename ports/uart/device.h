@@ -7,12 +7,13 @@
  *  ever, by a main loop or a timer; what one call does is bounded.
  *
  *      in   GPOM_SCAN          gpom.scan_t of the one sensor
- *           GPOM_MAP_REQUEST   any bytes: a keyframe, please
+ *           GPOM_MAP_REQUEST   any bytes: a keyframe, please; at most one a second is sent
  *      out  GPOM_MAP           gpom.map_t: changed tiles, and all tiles now and then
  *           GPOM_STATUS        gpom.status_t
  *
  *  The device knows no calendar: a stamp that it gives is that of the newest scan in the map plus
- *  the time since that came, and 0 before the first; the status' lag is from a scan's last byte on. */
+ *  the time since that came, and 0 before the first; the status' lag is from a scan's last byte on.
+ */
 #ifndef GPOM_UART_DEVICE_H
 #define GPOM_UART_DEVICE_H
 
@@ -96,6 +97,7 @@ typedef struct {
     /* the newest scan that came in order, in the map or refused by it */
     int64_t newest_us;
     uint32_t sequence;
+    int64_t sequence_us; /* when it came */
     bool has_sequence;
     uint32_t n_behind; /* scans in a row behind the newest, and the last one's stamp */
     int64_t behind_us;
@@ -112,7 +114,7 @@ typedef struct {
     uint32_t map_sequence;
     int64_t sent_stamp_us;
     bool is_keyframe, is_requested, has_sent;
-    int64_t map_due_us, keyframe_due_us;
+    int64_t map_due_us, keyframe_due_us, request_due_us;
     /* the status */
     uint32_t status_sequence;
     int64_t status_due_us, status_us;

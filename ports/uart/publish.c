@@ -7,6 +7,9 @@
 static const char map_channel[] = "GPOM_MAP";
 static const char status_channel[] = "GPOM_STATUS";
 
+/* Keyframes that were asked for are so far apart at least: they would fill the line. */
+#define REQUEST_PERIOD_US 1000000
+
 static uint32_t ceil_div(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 
 static uint32_t min_u32(uint32_t a, uint32_t b) { return a < b ? a : b; }
@@ -132,6 +135,12 @@ static uint16_t count_bits(uint64_t bits)
     return n;
 }
 
+/* A keyframe was asked for, and may go out already. */
+static bool has_request(const gpom_device_t *device, int64_t now_us)
+{
+    return device->is_requested && now_us >= device->request_due_us;
+}
+
 /* Begin a publication: which tiles? Where nothing changed but scans came, the robot's: its stamp
  * tells that the map is fresh. */
 static void begin_map(gpom_device_t *device, int64_t now_us)
@@ -145,7 +154,9 @@ static void begin_map(gpom_device_t *device, int64_t now_us)
     const bool is_same = device->has_sent && before.x0_m == device->info.raster.x0_m &&
                          before.y0_m == device->info.raster.y0_m &&
                          epoch == device->info.frame_epoch;
-    device->is_keyframe = !is_same || device->is_requested || now_us >= device->keyframe_due_us;
+    const bool is_requested = has_request(device, now_us);
+    device->is_keyframe = !is_same || is_requested || now_us >= device->keyframe_due_us;
+    device->request_due_us = is_requested ? now_us + REQUEST_PERIOD_US : device->request_due_us;
     device->tiles_left = 0;
     for (uint32_t i = 0; i < device->n_tiles; ++i) {
         const tile_t tile = tile_of(device, i);
@@ -182,7 +193,7 @@ static bool send_map(gpom_device_t *device, int64_t now_us)
         device->tiles_left = 0;
         ++device->map_sequence;
     }
-    if (device->tiles_left == 0 && (now_us >= device->map_due_us || device->is_requested)) {
+    if (device->tiles_left == 0 && (now_us >= device->map_due_us || has_request(device, now_us))) {
         device->map_due_us = now_us + device->config.map_period_us;
         begin_map(device, now_us);
     }
