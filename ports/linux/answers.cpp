@@ -76,18 +76,19 @@ void QueryQueue::init(Memory &memory)
     }
 }
 
-bool QueryQueue::push(const std::uint8_t *bytes, std::size_t n_bytes)
+const char *QueryQueue::push(const std::uint8_t *bytes, std::size_t n_bytes)
 {
     std::uint32_t i_slot = 0;
     if (!free.pop(i_slot, 0)) {
-        return false;
+        return "32 wait already: ask less often, or more points at once";
     }
-    if (gpom_wire_query_decode(&slots_[i_slot].query, bytes, n_bytes) != GPOM_WIRE_OK) {
+    const gpom_wire_fault_t fault = gpom_wire_query_decode(&slots_[i_slot].query, bytes, n_bytes);
+    if (fault != GPOM_WIRE_OK) {
         free.push(i_slot);
-        return false;
+        return gpom_wire_fault_str(fault);
     }
     ready.push(i_slot);
-    return true;
+    return nullptr;
 }
 
 std::size_t answer(const gpom_wire_query_t &query, const AnswerContext &context,

@@ -28,8 +28,8 @@ public:
     }
     void init(Memory &memory);
 
-    /// Decode a message into a slot. False: malformed, or too many are waiting.
-    bool push(const std::uint8_t *bytes, std::size_t n_bytes);
+    /// Decode a message into a slot. NULL, or in words why it is refused; static storage.
+    const char *push(const std::uint8_t *bytes, std::size_t n_bytes);
     QuerySlot &slot(std::uint32_t i) { return slots_[i]; }
 
     SlotList free;

@@ -201,7 +201,8 @@ void read_pose(const TomlTable &root, PoseConfig &config)
         return;
     }
     const TomlTable table = root.table("pose");
-    table.refuse_keys_beyond({"channel", "type", "sd", "gap_max_s", "wait_max_s"}, "; remove it");
+    table.refuse_keys_beyond({"channel", "type", "sd", "gap_max_s", "wait_max_s", "hold_s"},
+                             "; remove it");
     config.type = type_of(table, "type", kPoseTypes);
     read_channel(table, "channel", "POSE", config.channel);
     if (table.has("sd")) {
@@ -215,6 +216,7 @@ void read_pose(const TomlTable &root, PoseConfig &config)
     }
     config.gap_max_us = seconds_or(table, "gap_max_s", 0.5, {1e-3, 60.0});
     config.wait_max_us = seconds_or(table, "wait_max_s", 0.5, {0.0, 60.0});
+    config.hold_max_us = seconds_or(table, "hold_s", 0.0, {0.0, 1e6});
 }
 
 void read_jump(const TomlTable &root, JumpConfig &jump)

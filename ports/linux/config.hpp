@@ -49,6 +49,7 @@ struct PoseConfig {
     float cov[9];             ///< Covariance given to every pose, by rows.
     std::int64_t gap_max_us;  ///< No interpolation over a longer gap.
     std::int64_t wait_max_us; ///< A scan whose pose has not come by then is dropped.
+    std::int64_t hold_max_us; ///< While none comes, the last pose holds so long; 0: it does not.
 };
 
 /// Where the map goes, and how often.

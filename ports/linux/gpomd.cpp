@@ -1,6 +1,7 @@
 // gpomd: scans in from LCM, maps out to LCM.
 #include "ports/linux/answers.hpp"
 #include "ports/linux/can_port.hpp"
+#include "ports/linux/channels.hpp"
 #include "ports/linux/clock.hpp"
 #include "ports/linux/config.hpp"
 #include "ports/linux/intake.hpp"
@@ -13,6 +14,7 @@
 #include "ports/linux/snapshots.hpp"
 #include "ports/linux/status.hpp"
 #include "ports/linux/subscriber.hpp"
+#include "ports/linux/words.hpp"
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/snapshot_file.hpp"
 
@@ -52,51 +54,6 @@ constexpr std::int64_t kPulseMax_us = 500000;
 /// Of the map that waits for a slow network: newer tiles are better than more of the old ones.
 constexpr int kMapBufferBytes = 32768;
 
-struct NamedCount {
-    std::size_t place;
-    const char *name;
-};
-
-/// Whatever is dropped, in words of the log. Fragments of messages too long for gpomd are not told:
-/// they are others', or its own grid.
-constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
-                                 {GPOM_WIRE_SCANS_OUT_OF_REACH, "out of reach"},
-                                 {GPOM_WIRE_SCANS_OTHER_TYPE, "of another type"},
-                                 {GPOM_WIRE_SCANS_CORRUPT, "corrupt"},
-                                 {GPOM_WIRE_SCANS_MALFORMED, "malformed"},
-                                 {GPOM_WIRE_SCANS_LOST, "lost"},
-                                 {GPOM_WIRE_SCANS_REPEATED, "repeated"},
-                                 {GPOM_WIRE_SCANS_REORDERED, "reordered"},
-                                 {GPOM_WIRE_SCANS_TOO_OLD, "too old"},
-                                 {GPOM_WIRE_SCANS_TOO_NEW, "ahead of the clock"},
-                                 {GPOM_WIRE_SCANS_JUMPED_BACK, "back in time"},
-                                 {GPOM_WIRE_SCANS_NO_POSE, "without pose"},
-                                 {GPOM_WIRE_SCANS_OVERRUN, "too many at once"},
-                                 {GPOM_WIRE_TIME_GAPS, "gaps in time"},
-                                 {GPOM_WIRE_POSES_REFUSED, "poses refused"},
-                                 {GPOM_WIRE_SCANS_AT_JUMP, "at a jump"},
-                                 {GPOM_WIRE_POSES_AT_JUMP, "poses at a jump"},
-                                 {GPOM_WIRE_QUERIES_REFUSED, "queries refused"},
-                                 {GPOM_WIRE_SNAPSHOTS_FAILED, "snapshots not written"},
-                                 {GPOM_WIRE_CAN_BAD_LENGTH, "CAN frames of wrong length"},
-                                 {GPOM_WIRE_CAN_BAD_CRC, "CAN frames with a wrong CRC"},
-                                 {GPOM_WIRE_CAN_BAD_COUNTER, "CAN frames with a frozen counter"},
-                                 {GPOM_WIRE_CAN_BAD_VALUE, "CAN values absent or out of range"},
-                                 {GPOM_WIRE_CAN_LOST, "CAN frames missing"},
-                                 {GPOM_WIRE_CAN_REORDERED, "CAN frames back in time"},
-                                 {GPOM_WIRE_CAN_ERRORS, "CAN error frames"},
-                                 {GPOM_WIRE_CAN_OVERFLOWS, "CAN frames by the kernel"},
-                                 {GPOM_WIRE_CAN_NOT_SENT, "CAN frames not sent"},
-                                 {GPOM_WIRE_DATAGRAMS_LOST, "datagrams lost"},
-                                 {GPOM_WIRE_DATAGRAMS_OTHER, "datagrams not of LCM"},
-                                 {GPOM_WIRE_DATAGRAMS_MALFORMED, "datagrams malformed"},
-                                 {GPOM_WIRE_FRAGMENTS_INCONSISTENT, "fragments inconsistent"},
-                                 {GPOM_WIRE_FRAGMENTS_REPEATED, "fragments repeated"},
-                                 {GPOM_WIRE_FRAGMENTS_LATE, "fragments late"},
-                                 {GPOM_WIRE_MESSAGES_TIMED_OUT, "messages incomplete"},
-                                 {GPOM_WIRE_MESSAGES_EVICTED, "messages in too many fragments"},
-                                 {GPOM_WIRE_MESSAGES_NOT_SENT, "messages not sent"}};
-
 /// A thread by the name that `top -H` and debuggers show, 15 characters at most.
 template <class Body> std::thread named_thread(const char *name, const Body &body)
 {
@@ -125,9 +82,13 @@ private:
     void watch(const sigset_t &signals);
     bool has_pulse();
     void log(const std::string &text) { log_.tell(text.c_str()); }
+    void note_drops();
+    void log_problems();
     void log_drops();
     void log_jump(std::int64_t now_us);
     void log_link();
+    static void on_any(void *daemon, const char *channel, const std::uint8_t *bytes,
+                       std::size_t n_bytes);
     static void on_scan(void *daemon, const char *channel, const std::uint8_t *bytes,
                         std::size_t n_bytes);
     static void on_pose(void *daemon, const char *channel, const std::uint8_t *bytes,
@@ -136,11 +97,15 @@ private:
                          std::size_t n_bytes);
     static void on_request(void *daemon, const char *channel, const std::uint8_t *bytes,
                            std::size_t n_bytes);
+    static void on_status(void *daemon, const char *channel, const std::uint8_t *bytes,
+                          std::size_t n_bytes);
 
     Config config_;
     Log log_{STDOUT_FILENO};
     Memory memory_;
     Counts counts_;
+    Problems problems_;
+    Channels channels_;
     Sender map_sender_{&counts_}, answer_sender_{&counts_}, status_sender_{&counts_};
     Subscriber subscriber_;
     ScanQueue scans_;
@@ -158,7 +123,7 @@ private:
     std::int64_t jump_log_us_ = 0; ///< No line about a jump before; monotonic.
     bool has_logged_link_ = true;  ///< What the log last said of LCM's network.
     std::uint32_t n_logged_links_ = 1;
-    std::int64_t logged_drops_[sizeof kDrops / sizeof *kDrops] = {};
+    std::int64_t logged_drops_[kDropCount] = {}, noted_drops_[kDropCount] = {};
 };
 
 bool Daemon::has_per_beam() const
@@ -195,7 +160,10 @@ void Daemon::check()
 
 void Daemon::subscribe()
 {
-    static_assert(kSensorsMax + 3 <= Subscriber::kSubscriptionsMax, "poses, queries, requests");
+    static_assert(kSensorsMax + 4 <= Subscriber::kSubscriptionsMax,
+                  "poses, queries, requests, statuses");
+    channels_.init(config_, problems_, monotonic_us());
+    subscriber_.hear_all(on_any, this);
     for (std::size_t i = 0; i < config_.n_sensors; ++i) {
         bool is_new = true; // sensors of gpom.scan_t may share a channel
         for (std::size_t j = 0; j < i; ++j) {
@@ -211,9 +179,16 @@ void Daemon::subscribe()
     }
     subscriber_.subscribe(config_.publish.query, on_query, this);
     subscriber_.subscribe(config_.publish.request, on_request, this);
+    subscriber_.subscribe(config_.publish.status, on_status, this);
     if (const char *const problem = subscriber_.open(config_.lcm_url); problem != nullptr) {
         throw std::runtime_error(problem);
     }
+}
+
+void Daemon::on_any(void *daemon, const char *channel, const std::uint8_t *bytes,
+                    std::size_t n_bytes)
+{
+    static_cast<Daemon *>(daemon)->channels_.take(channel, bytes, n_bytes, monotonic_us());
 }
 
 void Daemon::on_scan(void *daemon, const char *channel, const std::uint8_t *bytes,
@@ -233,10 +208,14 @@ void Daemon::on_query(void *daemon, const char * /*channel*/, const std::uint8_t
                       std::size_t n_bytes)
 {
     Daemon &self = *static_cast<Daemon *>(daemon);
-    if (self.queries_.push(bytes, n_bytes)) {
+    const char *const problem = self.queries_.push(bytes, n_bytes);
+    if (problem == nullptr) {
         self.scans_.ready.wake();
     } else {
         self.counts_.add(GPOM_WIRE_QUERIES_REFUSED);
+        Problem refused = {GPOM_WIRE_PROBLEM_QUERY_REFUSED};
+        refused.text = problem;
+        self.problems_.note(refused);
     }
 }
 
@@ -247,6 +226,21 @@ void Daemon::on_request(void *daemon, const char * /*channel*/, const std::uint8
     static_cast<Daemon *>(daemon)->publisher_.request_keyframe();
 }
 
+/// Its own statuses come back, from the port that they were sent from.
+void Daemon::on_status(void *daemon, const char *channel, const std::uint8_t *bytes,
+                       std::size_t n_bytes)
+{
+    Daemon &self = *static_cast<Daemon *>(daemon);
+    const std::uint64_t sender = self.subscriber_.sender();
+    if (ntohs(static_cast<std::uint16_t>(sender & 0xffff)) != self.status_sender_.port() &&
+        gpom_wire_fingerprint(bytes, n_bytes) == GPOM_WIRE_STATUS_FINGERPRINT) {
+        Problem problem = {GPOM_WIRE_PROBLEM_TWO_MAPPERS};
+        problem.sender = sender;
+        std::memcpy(problem.channel, channel, std::strlen(channel) + 1);
+        self.problems_.note(problem);
+    }
+}
+
 void Daemon::receive(const std::atomic<bool> &stop)
 {
     while (!stop.load(std::memory_order_relaxed)) {
@@ -254,6 +248,7 @@ void Daemon::receive(const std::atomic<bool> &stop)
         subscriber_.handle(kWait_ms);
         intake_.match_waiting(); // odometry comes by itself
         intake_.expire(monotonic_us());
+        channels_.check(monotonic_us());
     }
 }
 
@@ -272,10 +267,32 @@ bool Daemon::has_pulse()
     return true;
 }
 
+/// Drops that only a counter tells of.
+void Daemon::note_drops()
+{
+    for (std::size_t i = 0; i < kDropCount; ++i) {
+        const std::int64_t n = counts_[kDrops[i].place] - noted_drops_[i];
+        noted_drops_[i] += n;
+        if (n > 0 && kDrops[i].kind >= 0) {
+            Problem problem = {static_cast<std::uint32_t>(kDrops[i].kind)};
+            problem.value = static_cast<double>(n);
+            problem.i_drop = i;
+            problems_.note(problem);
+        }
+    }
+}
+
+void Daemon::log_problems()
+{
+    for (Problem problem = {}; problems_.next(problem);) {
+        log(sentence(problem, config_));
+    }
+}
+
 void Daemon::log_drops()
 {
     std::string text;
-    for (std::size_t i = 0; i < sizeof kDrops / sizeof *kDrops; ++i) {
+    for (std::size_t i = 0; i < kDropCount; ++i) {
         const std::int64_t n = counts_[kDrops[i].place] - logged_drops_[i];
         logged_drops_[i] += n;
         if (n > 0) {
@@ -326,7 +343,7 @@ void Daemon::log_link()
 /// Status, watchdog and log, until a signal says to stop.
 void Daemon::watch(const sigset_t &signals)
 {
-    StatusSender status(config_, status_sender_, mapping_, counts_);
+    StatusSender status(config_, status_sender_, mapping_, counts_, problems_);
     const std::int64_t watchdog_period_us = std::min(watchdog_us() / 3, kPulseMax_us);
     std::int64_t status_us = monotonic_us();
     std::int64_t watchdog_next_us = status_us;
@@ -348,6 +365,8 @@ void Daemon::watch(const sigset_t &signals)
             log_us = now_us + kLogPeriod_us;
         }
         log_.tell_lost();
+        note_drops();
+        log_problems();
         log_jump(now_us);
         log_link();
         for (const char *news = can_.next_news(); news != nullptr; news = can_.next_news()) {
@@ -368,9 +387,9 @@ void Daemon::init_parts()
     }
     scans_.init(memory_, config_.intake.queue_scans + 1, config_.intake.ranges_max, has_per_beam());
     queries_.init(memory_);
-    intake_.init(config_, memory_, scans_, counts_);
+    intake_.init(config_, memory_, scans_, counts_, problems_);
     const char *const problem = mapping_.init(
-        config_, memory_, {&answer_sender_, &scans_, &queries_, &snapshots_, &counts_});
+        config_, memory_, {&answer_sender_, &scans_, &queries_, &snapshots_, &counts_, &problems_});
     if (problem != nullptr) {
         throw std::runtime_error(std::string("map: ") + problem);
     }
@@ -434,6 +453,8 @@ void Daemon::run()
     subscribe();
     can_.open();
     run_threads(signals);
+    note_drops();
+    log_problems();
     log_jump(INT64_MAX);
     log_drops();
     log("stopped after " + std::to_string(counts_[GPOM_WIRE_SCANS_INSERTED]) + " scans");

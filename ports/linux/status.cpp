@@ -7,8 +7,9 @@
 namespace gpomd
 {
 
-StatusSender::StatusSender(const Config &config, Sender &sender, MapThread &mapping, Counts &counts)
-    : config_(config), sender_(sender), mapping_(mapping), counts_(counts),
+StatusSender::StatusSender(const Config &config, Sender &sender, MapThread &mapping, Counts &counts,
+                           Problems &problems)
+    : config_(config), sender_(sender), mapping_(mapping), counts_(counts), problems_(problems),
       started_us_(monotonic_us()), last_us_(started_us_)
 {
 }
@@ -49,6 +50,7 @@ void StatusSender::send(bool is_stopping)
     }
     status.counts[GPOM_WIRE_SCANS_INSERTED] = n_inserted;
     gpom_wire_count_beams(&state.stats, status.counts);
+    status.counts[GPOM_WIRE_PROBLEMS] = problems_.bits();
     last_us_ = now_us;
     std::uint8_t bytes[GPOM_WIRE_STATUS_BYTES];
     const std::size_t n_bytes = gpom_wire_status_encode(&status, bytes, sizeof bytes);

@@ -15,7 +15,8 @@ namespace gpomd
 /// Sends a status when asked to. Used by one thread.
 class StatusSender {
 public:
-    StatusSender(const Config &config, Sender &sender, MapThread &mapping, Counts &counts);
+    StatusSender(const Config &config, Sender &sender, MapThread &mapping, Counts &counts,
+                 Problems &problems);
 
     void send(bool is_stopping);
 
@@ -27,6 +28,7 @@ private:
     Sender &sender_;
     MapThread &mapping_;
     Counts &counts_;
+    Problems &problems_;
     std::int64_t started_us_;
     std::int64_t last_us_;
     std::int64_t last_counts_[GPOM_WIRE_COUNTS] = {};

@@ -184,7 +184,8 @@ TEST_CASE("the newest stamp of a snapshot is brought to what gpomd lets in")
         REQUIRE(memory.reserve(MapThread::need(*read.config)));
         MapThread thread;
         REQUIRE(thread.init(*read.config, memory,
-                            {nullptr, nullptr, nullptr, &read.snapshots, &read.counts}) == nullptr);
+                            {nullptr, nullptr, nullptr, &read.snapshots, &read.counts, nullptr}) ==
+                nullptr);
         gpom_snapshot_report_t report = {};
         REQUIRE(thread.restore(report));
         CHECK(thread.state().stamp_us == std::clamp<std::int64_t>(stamp_us, 0, most_us));
