@@ -17,6 +17,9 @@ namespace
 /// Poses nearer in time tell little of odometry's errors beside their own.
 constexpr std::int64_t kLearn_us = 1000000;
 
+/// Smaller latencies are not worth a word: a sensor's turn, or half of it, may be meant.
+constexpr double kLatencyTold_s = 0.04;
+
 /// Poses come if the newest is so young, and are of another clock if a scan is so far from them.
 constexpr std::int64_t kPosesCome_us = 2000000;
 constexpr std::int64_t kTwoClocks_us = 10000000;
@@ -65,6 +68,9 @@ void Intake::init(const Config &config, Memory &memory, ScanQueue &queue, Counts
     counts_ = &counts;
     problems_ = &problems;
     frame_.init(config.jump);
+    for (std::size_t i = 0; i < config.n_sensors; ++i) {
+        latencies_[i].init(config.sensors[i].sensor);
+    }
     waiting_ = memory.take<std::uint32_t>(config.intake.queue_scans + 1);
     if (!queue_->free.pop(spare_, 0)) {
         std::abort(); // a queue has two slots at least
@@ -96,6 +102,7 @@ void Intake::take_scan(const char *channel, const Message &message)
         }
     }
     if (admit(slot, decoded.sequence, message.wall_us)) {
+        learn_latency(slot);
         keep_spare();
     }
 }
@@ -223,6 +230,22 @@ void Intake::hand_over(std::uint32_t i_slot)
     queue_->ready.push(i_slot);
 }
 
+/// Scans that are constantly late against the poses turn the map, which nothing else tells.
+void Intake::learn_latency(const ScanSlot &slot)
+{
+    Latency &latency = latencies_[slot.i_sensor];
+    const SensorConfig &sensor = config_->sensors[slot.i_sensor];
+    if (sensor.type == ScanType::gpom_scan && std::isfinite(slot.pose.yaw_rad)) {
+        latency.take_pose(slot.stamp_us, slot.pose.yaw_rad);
+    }
+    latency.take_scan(slot);
+    double latency_s = 0.0;
+    if (latency.find(latency_s) && std::fabs(latency_s) > kLatencyTold_s) {
+        note(GPOM_WIRE_PROBLEM_LATENCY, slot, 0, latency_s,
+             1e-6 * static_cast<double>(sensor.latency_us));
+    }
+}
+
 /// How a pose continues the others of the map frame, whatever channel they are of. Once the frame
 /// has jumped, poses of the one before are none any more.
 Continuity Intake::follow(const StampedPose &pose)
@@ -234,6 +257,9 @@ Continuity Intake::follow(const StampedPose &pose)
     if (continuity == Continuity::jumps) {
         ++n_jumps_;
         poses_.begin_frame();
+        for (Latency &latency : latencies_) {
+            latency.begin_frame();
+        }
     }
     return continuity;
 }
@@ -315,6 +341,9 @@ void Intake::take_pose(const Message &message)
     pose_arrived_us_ = message.arrived_us;
     switch (follow(pose)) {
     case Continuity::follows:
+        for (std::size_t i = 0; i < config_->n_sensors; ++i) {
+            latencies_[i].take_pose(pose.stamp_us, pose.yaw_rad);
+        }
         break;
     case Continuity::strays:
         counts_->add(GPOM_WIRE_POSES_AT_JUMP);

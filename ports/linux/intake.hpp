@@ -5,6 +5,7 @@
 #include "ports/linux/config.hpp"
 #include "ports/linux/counts.hpp"
 #include "ports/linux/frame_jump.hpp"
+#include "ports/linux/latency.hpp"
 #include "ports/linux/odometry.hpp"
 #include "ports/linux/pose_ring.hpp"
 #include "ports/linux/problems.hpp"
@@ -60,6 +61,7 @@ private:
     void hand_over(std::uint32_t i_slot);
     Continuity follow(const StampedPose &pose);
     bool is_stray(const ScanSlot &slot);
+    void learn_latency(const ScanSlot &slot);
     bool read_pose(const Message &message, StampedPose &pose, Problem &problem) const;
     bool is_order_kept(const StampedPose &pose, const Message &message, Problem &problem);
     PoseMatch match(ScanSlot &slot) const;
@@ -74,6 +76,7 @@ private:
     Counts *counts_ = nullptr;
     Problems *problems_ = nullptr;
     Track tracks_[kSensorsMax] = {};
+    Latency latencies_[kSensorsMax];
     PoseRing poses_;
     std::int64_t pose_arrived_us_ = 0; ///< When the newest pose came; monotonic.
     FrameJump frame_;

@@ -231,6 +231,12 @@ std::string pose_sentence(const Problem &p, const About &about, const Config &co
                     seconds(p.stamp_us), clock_of(p.stamp_us), poses, seconds(p.other_us),
                     clock_of(p.other_us));
     case GPOM_WIRE_PROBLEM_LATENCY:
+        if (about.type == "gpom.scan_t") {
+            return about.channel + text(": the poses in its scans are %.3f s %s than the ranges, "
+                                        "by how the robot turns in both: the sender must take the "
+                                        "pose of when the ranges were measured",
+                                        std::fabs(p.value), p.value > 0.0 ? "newer" : "older");
+        }
         return about.channel +
                text(": its stamps are %.3f s %s than those of the poses, by how the "
                     "robot turns in both: set %s.latency_s = %.2f (it is %.2f)",
