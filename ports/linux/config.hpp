@@ -62,6 +62,7 @@ struct PublishConfig {
     std::int64_t grid_period_us;                     ///< grid and pixels.
     std::int64_t status_period_us;
     std::int64_t stale_after_us; ///< No scan for so long: state STALE.
+    bool is_query_crc_optional;  ///< Queries whose crc32 is 0 are answered.
 };
 
 /// What scans are let in.

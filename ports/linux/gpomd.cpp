@@ -208,11 +208,15 @@ void Daemon::on_query(void *daemon, const char * /*channel*/, const std::uint8_t
                       std::size_t n_bytes)
 {
     Daemon &self = *static_cast<Daemon *>(daemon);
-    const char *const problem = self.queries_.push(bytes, n_bytes);
-    if (problem == nullptr) {
+    bool has_slot = false;
+    const char *const problem =
+        self.queries_.push(bytes, n_bytes, self.config_.publish.is_query_crc_optional, has_slot);
+    if (has_slot) {
         self.scans_.ready.wake();
     } else {
         self.counts_.add(GPOM_WIRE_QUERIES_REFUSED);
+    }
+    if (problem != nullptr) {
         Problem refused = {GPOM_WIRE_PROBLEM_QUERY_REFUSED};
         refused.text = problem;
         self.problems_.note(refused);

@@ -296,11 +296,11 @@ void MapThread::answer_one(std::uint32_t i_slot)
                                    static_cast<std::int32_t>(frame_epoch())};
     std::uint8_t bytes[GPOM_WIRE_ANSWER_BYTES(GPOM_WIRE_POINTS_MAX)];
     gpom_wire_answer_status_t status = GPOM_WIRE_ANSWER_OK;
-    const std::size_t n_bytes = answer(links_.queries->slot(i_slot).query, context, bytes, status);
+    const std::size_t n_bytes = answer(links_.queries->slot(i_slot), context, bytes, status);
     const bool is_sent =
         n_bytes > 0 && links_.sender->send(config_->publish.answer, bytes, n_bytes);
     const bool is_answered =
-        is_sent && status != GPOM_WIRE_ANSWER_TOO_MANY && status != GPOM_WIRE_ANSWER_BAD_STEP;
+        is_sent && (status == GPOM_WIRE_ANSWER_OK || status == GPOM_WIRE_ANSWER_OUT_OF_REACH);
     links_.counts->add(is_answered ? GPOM_WIRE_QUERIES_ANSWERED : GPOM_WIRE_QUERIES_REFUSED);
 }
 
