@@ -105,7 +105,7 @@ CORE_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),src/sparse_g
                 $(wildcard src/*.cpp)))
 # What every program with the library in it is linked with.
 CORE_LIBS := $(if $(filter 1,$(SPARSE)),-lldl -lamd) -lm
-LCM_TOOL_SRC := tools/gpom_replay.cpp tools/gpom_bridge.cpp # need liblcm: built with the daemon
+LCM_TOOL_SRC := tools/gpom_replay.cpp tools/gpom_bridge.cpp # built of the daemon's parts
 TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
 # The hot path once more for each instruction set, in a namespace of its own.
 ISA_avx2   := -Dgpom=gpom_avx2 -UGPOM_LANES -DGPOM_LANES=8 -UGPOM_FMA -DGPOM_FMA=1 -mavx2 -mfma
@@ -352,7 +352,6 @@ $(CORE_OBJ) $(ISA_OBJ) $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(SNAPSH
     $(BUILD)/flags | build/setup/$(if $(CROSS),$(if $(filter 1,$(BARE)),firmware,processors),base)
 $(TEST_OBJ): | build/setup/test $(if $(CROSS),$(CROSS_INCLUDE)/stamp)
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
-$(LINUX_OBJ) $(LCM_TOOL_OBJ): | build/setup/lcm
 
 define compile # compiler and flags
 	@mkdir -p $(@D)
@@ -437,8 +436,9 @@ $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)
 
 $(BUILD)/gpomd: $(BUILD)/obj/ports/linux/gpomd.o $(LINUX_LIB)
 $(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
-    $(call objects,ports/linux/bus ports/linux/network tools/lib/scan_log tools/lib/text_lines)
-$(BUILD)/gpom-bridge: $(call objects,tools/gpom_bridge tools/lib/serial_line ports/linux/bus \
+    $(call objects,ports/linux/sender ports/linux/network tools/lib/scan_log tools/lib/text_lines \
+      tools/lib/lcm_log)
+$(BUILD)/gpom-bridge: $(call objects,tools/gpom_bridge tools/lib/serial_line ports/linux/sender \
     ports/linux/memory ports/linux/network ports/linux/subscriber) $(BUILD)/libgpom_device.a
 $(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) \
     $(call objects,tools/lib/scan_log tools/lib/text_lines)
@@ -447,7 +447,7 @@ $(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/un
 $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a $(BUILD)/libgpom_can.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) \
-	    $(filter %_codec.a %_can.a,$^) $(filter %gpom.a,$^) -llcm -lz $(CORE_LIBS)
+	    $(filter %_codec.a %_can.a,$^) $(filter %gpom.a,$^) -lz $(CORE_LIBS)
 
 # --- CAN ---
 can-tests: gpomd $(BUILD)/can_tests $(BUILD)/libgpom_can.so $(BUILD)/gpom-sim $(BUILD)/lcm/stamp \

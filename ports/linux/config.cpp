@@ -201,7 +201,8 @@ void read_pose(const TomlTable &root, PoseConfig &config)
         return;
     }
     const TomlTable table = root.table("pose");
-    table.refuse_keys_beyond({"channel", "type", "sd", "gap_max_s", "wait_max_s"}, "; remove it");
+    table.refuse_keys_beyond({"channel", "type", "sd", "gap_max_s", "wait_max_s", "hold_s"},
+                             "; remove it");
     config.type = type_of(table, "type", kPoseTypes);
     read_channel(table, "channel", "POSE", config.channel);
     if (table.has("sd")) {
@@ -215,6 +216,7 @@ void read_pose(const TomlTable &root, PoseConfig &config)
     }
     config.gap_max_us = seconds_or(table, "gap_max_s", 0.5, {1e-3, 60.0});
     config.wait_max_us = seconds_or(table, "wait_max_s", 0.5, {0.0, 60.0});
+    config.hold_max_us = seconds_or(table, "hold_s", 0.0, {0.0, 1e6});
 }
 
 void read_jump(const TomlTable &root, JumpConfig &jump)
@@ -344,13 +346,22 @@ void read_intake(const TomlTable &root, Config &config)
     }
 }
 
-void read_publish(const TomlTable &root, PublishConfig &publish)
+/// On a network that no datagram leaves, queries need no CRC-32 unless it is asked for.
+bool is_local(const char *url)
 {
+    Network network;
+    return parse_network(url, network) && network.ttl == 0;
+}
+
+void read_publish(const TomlTable &root, Config &config)
+{
+    PublishConfig &publish = config.publish;
     static const toml::table kNone;
     const TomlTable table =
         root.has("publish") ? root.table("publish") : TomlTable("", kNone, "publish");
     table.refuse_keys_beyond({"map", "request", "status", "query", "answer", "grid", "pixels",
-                              "map_hz", "keyframe_s", "grid_s", "status_s", "stale_s"},
+                              "map_hz", "keyframe_s", "grid_s", "status_s", "stale_s",
+                              "query_crc_optional"},
                              "; remove it");
     read_channel(table, "map", "GPOM_MAP", publish.map);
     read_channel(table, "request", "GPOM_MAP_REQUEST", publish.request);
@@ -359,6 +370,9 @@ void read_publish(const TomlTable &root, PublishConfig &publish)
     read_channel(table, "answer", "GPOM_ANSWER", publish.answer);
     read_channel(table, "grid", "", publish.grid);
     read_channel(table, "pixels", "", publish.pixels);
+    publish.is_query_crc_optional = table.has("query_crc_optional")
+                                        ? table.truth("query_crc_optional")
+                                        : is_local(config.lcm_url);
     publish.map_period_us = std::llround(1e6 / number_or(table, "map_hz", 20.0, {0.01, 1000.0}));
     publish.keyframe_period_us = seconds_or(table, "keyframe_s", 5.0, {0.05, 1e6});
     publish.grid_period_us = seconds_or(table, "grid_s", 1.0, {0.05, 1e6});
@@ -456,7 +470,7 @@ void read_config(const char *path, Config &config)
     read_jump(root, config.jump);
     read_sensors(root, config);
     read_intake(root, config);
-    read_publish(root, config.publish);
+    read_publish(root, config);
     check_channels(root, config);
     read_snapshot(root, path, config);
     read_can(root, config.can);
