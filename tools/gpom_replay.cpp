@@ -2,7 +2,7 @@
 #include "ports/codec/codec.h"
 #include "ports/linux/bus.hpp"
 #include "tools/lib/command_line.hpp"
-#include "tools/lib/scan_log.hpp"
+#include "tools/lib/scan_options.hpp"
 
 #include <lcm/eventlog.h>
 
@@ -31,7 +31,7 @@ struct Options {
     std::string scan_channel, pose_channel;
     std::vector<std::string> log_channels;
     double rate = 1.0;
-    double range_max_m = 49.0;
+    ReadOptions reading;
     std::uint16_t sensor_id = 0;
     std::uint32_t n_rounds = 1;
     bool is_now = false;
@@ -42,7 +42,7 @@ struct Options {
 void declare_options(CLI::App &app, Options &options)
 {
     app.add_option("in", options.in_path,
-                   "Scans (CSV or CARMEN log, plain or gzipped) or an LCM event log")
+                   "Scans (CSV or CARMEN log, plain, gzip or bzip2) or an LCM event log")
         ->required()
         ->type_name("FILE");
     app.add_option("--url", options.url, "LCM's network")->capture_default_str();
@@ -60,7 +60,7 @@ void declare_options(CLI::App &app, Options &options)
         app.add_option("--scan-channel", options.scan_channel, "Default GPOM_SCAN; others LIDAR"),
         app.add_option("--pose-channel", options.pose_channel, "Default POSE; mbot SLAM_POSE"),
         app.add_option("--sensor-id", options.sensor_id, "Of gpom.scan_t")->capture_default_str(),
-        app.add_option("--range-max", options.range_max_m,
+        app.add_option("--range-max", options.reading.range_max_m,
                        "Usable range of a CARMEN log's sensor [m]")
             ->capture_default_str(),
         app.add_flag("--extent", options.is_extent,
@@ -70,6 +70,9 @@ void declare_options(CLI::App &app, Options &options)
         app.add_option("--repeat", options.n_rounds, "Send the scans so many times, time going on")
             ->check(CLI::Range(1u, 1000000u))
             ->capture_default_str()};
+    for (CLI::Option *const option : add_scan_options(app, options.reading)) {
+        options.of_scans.push_back(option);
+    }
 }
 
 /// The bus; what cannot be sent throws.
@@ -229,9 +232,7 @@ private:
 
 std::vector<Scan> scans_of(const Options &options)
 {
-    ReadOptions read_options;
-    read_options.range_max_m = options.range_max_m;
-    return read_scans(options.in_path, read_options);
+    return read_scans(options.in_path, options.reading);
 }
 
 void print_extent(const std::vector<Scan> &scans)

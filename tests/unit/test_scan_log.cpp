@@ -1,9 +1,9 @@
 // Scan and truth files: what is written reads back the same, what is broken is refused by line.
+#include "tests/unit/log_files.hpp"
 #include "tools/lib/scan_log.hpp"
 #include "tools/lib/truth.hpp"
 
 #include <doctest/doctest.h>
-#include <zlib.h>
 
 #include <cmath>
 #include <cstring>
@@ -19,38 +19,6 @@ using namespace gpom_tools;
 
 namespace
 {
-
-namespace fs = std::filesystem;
-
-/// A new folder, gone with its contents at the end of the test.
-struct Folder {
-    fs::path path;
-
-    Folder()
-    {
-        std::string name = (fs::temp_directory_path() / "gpom-test-XXXXXX").string();
-        REQUIRE(mkdtemp(name.data()) != nullptr);
-        path = name;
-    }
-    ~Folder() { fs::remove_all(path); }
-    Folder(const Folder &) = delete;
-    Folder &operator=(const Folder &) = delete;
-
-    std::string file(const std::string &name, const std::string &bytes) const
-    {
-        const std::string full = (path / name).string();
-        std::ofstream(full, std::ios::binary) << bytes;
-        return full;
-    }
-    std::string gz(const std::string &name, const std::string &bytes) const
-    {
-        const std::string full = (path / name).string();
-        const gzFile out = gzopen(full.c_str(), "wb");
-        gzwrite(out, bytes.data(), static_cast<unsigned>(bytes.size()));
-        gzclose(out);
-        return full;
-    }
-};
 
 std::string bytes_of(const std::string &path)
 {
@@ -92,16 +60,6 @@ std::vector<Scan> random_scans()
 
 const std::string kGoodLine = "0,1,2,0.5,-1.5,0.1,34,3,inf,nan,0,-1\n";
 
-/// A FLASER line of n ranges, 1 2 3 ..., at a time.
-std::string flaser(int n, const std::string &time)
-{
-    std::string line = "FLASER " + std::to_string(n);
-    for (int i = 0; i < n; ++i) {
-        line += " " + std::to_string(i + 1);
-    }
-    return line + " 10 20 0.5 11 21 0.6 " + time + " host 99\n";
-}
-
 /// The line of the FileError that reading throws; -1 if it throws none.
 template <typename Read> int error_line(const Read &read, const std::string &path)
 {
@@ -118,7 +76,7 @@ template <typename Read> int error_line(const Read &read, const std::string &pat
 
 int scan_error_line(const std::string &path)
 {
-    return error_line([](const std::string &p) { read_scans(p, {}); }, path);
+    return error_line([](const std::string &p) { read_scan_log(p, {}); }, path);
 }
 
 int truth_error_line(const std::string &path)
@@ -137,7 +95,7 @@ TEST_CASE("scans read back with the same bits")
     const std::vector<Scan> scans = random_scans();
     write_scans_csv(path, scans, "two\nlines");
     CHECK(bytes_of(path).rfind("# two\n# lines\n", 0) == 0);
-    const std::vector<Scan> read = read_scans(path, {});
+    const std::vector<Scan> read = read_scan_log(path, {}).scans;
     REQUIRE(read.size() == scans.size());
     for (std::size_t i = 0; i < scans.size(); ++i) {
         CHECK(same_scan(read[i], scans[i]));
@@ -148,8 +106,8 @@ TEST_CASE("gzipped and plain files of either format read the same")
 {
     const Folder folder;
     for (const std::string &text : {kGoodLine + kGoodLine, flaser(180, "1") + flaser(180, "2")}) {
-        const std::vector<Scan> plain = read_scans(folder.file("plain", text), {});
-        const std::vector<Scan> zipped = read_scans(folder.gz("zipped", text), {});
+        const std::vector<Scan> plain = read_scan_log(folder.file("plain", text), {}).scans;
+        const std::vector<Scan> zipped = read_scan_log(folder.gz("zipped", text), {}).scans;
         REQUIRE(plain.size() == 2);
         REQUIRE(zipped.size() == 2);
         CHECK(same_scan(plain[0], zipped[0]));
@@ -162,7 +120,7 @@ TEST_CASE("CSV: comments, blank lines, blanks, CR LF and a missing last newline 
     const Folder folder;
     const std::string text = "# c\xc3\xa9\n\n  \n0, 1,2,0.5,-1.5,0.1,34,\t3\r\n  # more\n1" +
                              kGoodLine.substr(1, kGoodLine.size() - 2);
-    const std::vector<Scan> scans = read_scans(folder.file("f", text), {});
+    const std::vector<Scan> scans = read_scan_log(folder.file("f", text), {}).scans;
     REQUIRE(scans.size() == 2);
     CHECK(scans[0].ranges_m == std::vector<float>{3.0f});
     CHECK(scans[1].t_s == 1.0);
@@ -182,7 +140,7 @@ TEST_CASE("CARMEN: the first beam is at -90 degrees, steps are 1 or 0.5 degree b
     } cases[] = {{180, 1.0}, {181, 1.0}, {360, 0.5}, {361, 0.5}};
     for (const auto &c : cases) {
         const std::string text = "# comment\nPARAM a b\nODOM 1 2 3\n" + flaser(c.n, "5");
-        const Scan scan = read_scans(folder.file("f", text), ReadOptions{25.0})[0];
+        const Scan scan = read_scan_log(folder.file("f", text), ReadOptions{25.0}).scans[0];
         CHECK(scan.angle_min_rad == doctest::Approx(-90.0 * degree));
         CHECK(scan.angle_step_rad == doctest::Approx(c.step_degree * degree));
         CHECK(scan.range_max_m == 25.0);
@@ -209,7 +167,7 @@ TEST_CASE("CARMEN: times that go backwards or never advance give way to the inde
         for (const char *time : c.times) {
             text += flaser(3, time);
         }
-        const std::vector<Scan> scans = read_scans(folder.file("f", text), {});
+        const std::vector<Scan> scans = read_scan_log(folder.file("f", text), {}).scans;
         for (std::size_t i = 0; i < 3; ++i) {
             CHECK(scans[i].t_s == c.expected[i]);
         }
@@ -225,7 +183,7 @@ TEST_CASE("CARMEN: a log whose times have too few digits is numbered")
     for (int i = 0; i < 40; ++i) {
         text += flaser(3, i < 20 ? "9.77055e+08" : "9.77056e+08");
     }
-    const std::vector<Scan> scans = read_scans(folder.file("f", text), {});
+    const std::vector<Scan> scans = read_scan_log(folder.file("f", text), {}).scans;
     REQUIRE(scans.size() == 40);
     for (std::size_t i = 0; i < scans.size(); ++i) {
         CHECK(scans[i].t_s == static_cast<double>(i));
@@ -244,7 +202,7 @@ TEST_CASE("CARMEN: pairs of scans at equal times keep them, wherever the log was
                 times.push_back(7.5 + i / 2);
                 text += flaser(3, std::to_string(times.back()));
             }
-            const std::vector<Scan> scans = read_scans(folder.file("f", text), {});
+            const std::vector<Scan> scans = read_scan_log(folder.file("f", text), {}).scans;
             REQUIRE(scans.size() == times.size());
             for (std::size_t i = 0; i < scans.size(); ++i) {
                 CHECK(scans[i].t_s == times[i]);
@@ -290,7 +248,7 @@ TEST_CASE("each kind of broken scan file is refused with its line")
         {"high bytes", kGoodLine + "\xff\xfe,1\n", 2},
         {"line without end", std::string(3u << 20, '1'), 1},
         {"FLASER alone", "FLASER\n", 1},
-        {"FLASER n zero", "FLASER 0 1 2 3 1 2 3 4 host 5\n", 1},
+        {"FLASER n zero alone", "FLASER 0 1 2 3 1 2 3 4 host 5\n", 2},
         {"FLASER n negative", "FLASER -3 1 2 3 1 2 3 1 2 3 4 host 5\n", 1},
         {"FLASER n absurd", flaser(3, "1") + "FLASER 10001 1 2 3\n", 2},
         {"FLASER n beyond int", "FLASER 99999999999 1 2 3\n", 1},

@@ -37,8 +37,8 @@ std::vector<Scan> scans_of(const LearnSource &source, const DataOptions &options
 {
     const bool is_log = source.truth_path.empty();
     return first_metres(
-        is_log ? evenly_taken(read_log(source.scans_path, options.range_max_m), kLogScansMax)
-               : read_scans(source.scans_path, {options.range_max_m}),
+        is_log ? evenly_taken(read_log(source.scans_path, options.reading), kLogScansMax)
+               : read_scans(source.scans_path, options.reading),
         options.first_m);
 }
 

@@ -18,7 +18,7 @@ struct LearnSource {
 };
 
 struct DataOptions {
-    double range_max_m = 49.0;
+    ReadOptions reading;
     double first_m = 0.0;       ///< Only this much of the way driven; 0: all.
     double fraction = 0.04;     ///< Share of the beams that make the map.
     std::size_t n_places = 0;   ///< To learn from, of each source.
@@ -35,8 +35,8 @@ struct LearnData {
 
 /// Places on whole beams left out, as gpom-eval draws its own (protocol.hpp). At most 600 scans a
 /// log, evenly taken, of which every return makes the map with the probability `fraction` (drawn as
-/// split_log() does). To learn from: beams of the map, in four fifths of the scans. Held out: any returns in
-/// the other fifth, in runs. A place's own beam is never in its neighbourhood.
+/// split_log() does). To learn from: beams of the map, in four fifths of the scans. Held out: any
+/// returns in the other fifth, in runs. A place's own beam is never in its neighbourhood.
 /// Throws std::runtime_error or FileError.
 LearnData log_data(const std::vector<LearnSource> &sources, const DataOptions &options);
 

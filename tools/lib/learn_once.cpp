@@ -50,7 +50,7 @@ OnceFit fit_once(const LearntParams &params, const std::vector<LearnSource> &sou
     double n_done = 0.0;
     for (const LearnSource &source : sources) {
         const std::vector<Scan> scans =
-            first_metres(read_log(source.scans_path, options.range_max_m), options.first_m);
+            first_metres(read_log(source.scans_path, options.reading), options.first_m);
         for (std::uint64_t i = 0; i < kSplits; ++i) {
             LogSplit split = split_log(scans, kTrainingShareMax, options.seed + kSplitSeed + i);
             const JudgeData data{std::move(split.training), std::move(split.points)};

@@ -49,9 +49,8 @@ std::vector<TestPoint> held_out_points(const std::vector<Scan> &scans,
         const Scan &scan = scans[readings[i].i_scan];
         const double range_m = double{scan.ranges_m[readings[i].i_beam]};
         const bool occupied = i < n;
-        const double distance_m = occupied
-                                      ? range_m + kBeyondReturn
-                                      : free_distance(range_m, i % 2 == 0, random.uniform());
+        const double distance_m = occupied ? range_m + kBeyondReturn
+                                           : free_distance(range_m, i % 2 == 0, random.uniform());
         points.push_back(point_along(scan, readings[i].i_beam, distance_m, occupied));
     }
     return points;
@@ -111,11 +110,11 @@ double free_distance(double range_m, bool in_band, double share)
     return least_m + share * std::max(most_m - least_m, 0.0);
 }
 
-std::vector<Scan> read_log(const std::string &path, double range_max_m)
+std::vector<Scan> read_log(const std::string &path, const ReadOptions &options)
 {
-    std::vector<Scan> scans = read_scans(path, {range_max_m});
+    std::vector<Scan> scans = read_scans(path, options);
     for (Scan &scan : scans) { // scans of a CSV file know their own
-        scan.range_max_m = std::min(scan.range_max_m, range_max_m);
+        scan.range_max_m = std::min(scan.range_max_m, options.range_max_m);
     }
     return scans;
 }

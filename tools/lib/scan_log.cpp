@@ -1,13 +1,15 @@
 #include "tools/lib/scan_log.hpp"
 
+#include "tools/lib/carmen_log.hpp"
 #include "tools/lib/text_lines.hpp"
+
+#include <cstdio>
+#include <set>
 
 namespace gpom_tools
 {
 namespace
 {
-
-constexpr double kDegree = 3.14159265358979323846 / 180.0;
 
 void parse_ranges(const std::vector<std::string_view> &fields, std::size_t i_first,
                   std::vector<float> &ranges_m, const Place &place)
@@ -45,74 +47,27 @@ Scan parse_csv(const std::vector<std::string_view> &fields, const Place &place)
     return scan;
 }
 
-Scan parse_flaser(const std::vector<std::string_view> &fields, double range_max_m,
-                  const Place &place)
+void require_scans(const ScanLog &log, const Place &place)
 {
-    constexpr std::size_t n_other = 11; // FLASER n, two poses, time, host, log_time
-    const int n = fields.size() > 1 ? parse_number<int>(fields[1], "number of ranges", place) : 0;
-    if (n < 1 || n > kScanBeamsMax) {
-        place.fail("FLASER needs 1 to " + std::to_string(kScanBeamsMax) + " ranges, says " +
-                   std::to_string(n));
-    }
-    const auto n_ranges = static_cast<std::size_t>(n);
-    if (fields.size() != n_ranges + n_other) {
-        place.fail("FLASER of " + std::to_string(n) + " ranges needs " +
-                   std::to_string(n_ranges + n_other) + " fields, has " +
-                   std::to_string(fields.size()));
-    }
-    Scan scan;
-    scan.x_m = parse_finite(fields[n_ranges + 2], "x", place);
-    scan.y_m = parse_finite(fields[n_ranges + 3], "y", place);
-    scan.theta_rad = parse_finite(fields[n_ranges + 4], "theta", place);
-    scan.t_s = parse_finite(fields[n_ranges + 8], "time", place);
-    scan.angle_min_rad = -90.0 * kDegree;
-    scan.angle_step_rad = (n <= 181 ? 1.0 : 0.5) * kDegree;
-    scan.range_max_m = range_max_m;
-    scan.ranges_m.resize(n_ranges);
-    parse_ranges(fields, 2, scan.ranges_m, place);
-    return scan;
-}
-
-/// CARMEN lines begin with a message's name in capitals and a blank: `ODOM 1.0 ...`.
-bool looks_like_carmen(std::string_view line)
-{
-    const std::size_t n = std::min(line.find_first_of(" \t"), line.size());
-    return line[0] >= 'A' && line[0] <= 'Z' &&
-           line.substr(0, n).find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789") ==
-               std::string_view::npos;
-}
-
-/// Times can be told apart if they never go backwards and are half as many as the scans, as of two
-/// lasers that scan together, or more. A few digits of the seconds since 1970 are fewer.
-bool are_times_sound(const std::vector<Scan> &scans)
-{
-    std::size_t n_times = 1;
-    for (std::size_t i = 1; i < scans.size(); ++i) {
-        if (scans[i].t_s < scans[i - 1].t_s) {
-            return false;
-        }
-        n_times += scans[i].t_s > scans[i - 1].t_s ? 1u : 0u;
-    }
-    return n_times > 1 && 2 * n_times >= scans.size();
-}
-
-void mend_times(std::vector<Scan> &scans)
-{
-    if (are_times_sound(scans)) {
+    if (!log.scans.empty()) {
         return;
     }
-    for (std::size_t i = 0; i < scans.size(); ++i) {
-        scans[i].t_s = static_cast<double>(i);
+    std::string text = "no scans in this file; need CSV scans or CARMEN FLASER, ROBOTLASER or "
+                       "RAWLASER lines";
+    for (const std::string &note : log.notes) {
+        text += "; " + note;
     }
+    place.fail(text);
 }
 
 } // namespace
 
-std::vector<Scan> read_scans(const std::string &path, const ReadOptions &options)
+ScanLog read_scan_log(const std::string &path, const ReadOptions &options)
 {
     enum class Format { unknown, csv, carmen } format = Format::unknown;
-    LineReader reader(path, "CSV scans or a CARMEN log, plain or gzipped");
-    std::vector<Scan> scans;
+    LineReader reader(path, "CSV scans or a CARMEN log, plain, gzipped or packed with bzip2");
+    ScanLog csv;
+    CarmenLog carmen(options);
     std::vector<std::string_view> fields;
     std::string line;
     while (reader.next(line)) {
@@ -125,21 +80,27 @@ std::vector<Scan> read_scans(const std::string &path, const ReadOptions &options
         }
         if (format == Format::csv) {
             split_commas(text, fields);
-            scans.push_back(parse_csv(fields, reader.place()));
-            continue;
-        }
-        split_blanks(text, fields);
-        if (fields[0] == "FLASER") {
-            scans.push_back(parse_flaser(fields, options.range_max_m, reader.place()));
+            csv.scans.push_back(parse_csv(fields, reader.place()));
+        } else {
+            split_blanks(text, fields);
+            carmen.take(fields, reader.place());
         }
     }
-    if (scans.empty()) {
-        reader.place().fail("no scans in this file; need CSV scans or CARMEN FLASER lines");
+    ScanLog log = format == Format::carmen ? carmen.finish() : std::move(csv);
+    require_scans(log, reader.place());
+    return log;
+}
+
+std::vector<Scan> read_scans(const std::string &path, const ReadOptions &options)
+{
+    static std::set<std::string> told;
+    ScanLog log = read_scan_log(path, options);
+    for (const std::string &note : log.notes) {
+        if (told.insert(path + ": " + note).second) {
+            std::fprintf(stderr, "%s: %s\n", path.c_str(), note.c_str());
+        }
     }
-    if (format == Format::carmen) {
-        mend_times(scans);
-    }
-    return scans;
+    return std::move(log.scans);
 }
 
 std::string scans_csv(const std::vector<Scan> &scans, const std::string &header_comment)
