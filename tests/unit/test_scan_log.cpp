@@ -153,14 +153,14 @@ TEST_CASE("CARMEN: the first beam is at -90 degrees, steps are 1 or 0.5 degree b
     }
 }
 
-TEST_CASE("CARMEN: times that go backwards or never advance give way to the index")
+TEST_CASE("CARMEN: sound times stay, times that never advance give way to the index")
 {
     const Folder folder;
     const struct {
         const char *times[3];
         double expected[3];
     } cases[] = {{{"5.5", "5.5", "7"}, {5.5, 5.5, 7.0}},
-                 {{"5", "7", "6"}, {0.0, 1.0, 2.0}},
+                 {{"5", "7", "6"}, {5.0, 7.0, 9.0}},
                  {{"0", "0", "0"}, {0.0, 1.0, 2.0}}};
     for (const auto &c : cases) {
         std::string text;

@@ -1,5 +1,7 @@
 #include "tools/lib/carmen_log.hpp"
 
+#include "tools/lib/scan_times.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -93,30 +95,6 @@ CarmenPose carried(const CarmenPose &robot, const CarmenPose &mount)
     const double c = std::cos(robot.theta_rad), s = std::sin(robot.theta_rad);
     return {robot.x_m + c * mount.x_m - s * mount.y_m, robot.y_m + s * mount.x_m + c * mount.y_m,
             robot.theta_rad + mount.theta_rad};
-}
-
-/// Times can be told apart if they never go backwards and are half as many as the scans, as of two
-/// lasers that scan together, or more. A few digits of the seconds since 1970 are fewer.
-bool are_times_sound(const std::vector<Scan> &scans)
-{
-    std::size_t n_times = 1;
-    for (std::size_t i = 1; i < scans.size(); ++i) {
-        if (scans[i].t_s < scans[i - 1].t_s) {
-            return false;
-        }
-        n_times += scans[i].t_s > scans[i - 1].t_s ? 1u : 0u;
-    }
-    return n_times > 1 && 2 * n_times >= scans.size();
-}
-
-void mend_times(std::vector<Scan> &scans)
-{
-    if (are_times_sound(scans)) {
-        return;
-    }
-    for (std::size_t i = 0; i < scans.size(); ++i) {
-        scans[i].t_s = static_cast<double>(i);
-    }
 }
 
 } // namespace
@@ -385,7 +363,9 @@ ScanLog CarmenLog::finish()
     for (const auto &[kind, n_lines] : n_unused_) {
         note(std::to_string(n_lines) + (n_lines == 1 ? " line" : " lines") + " not used: " + kind);
     }
-    mend_times(scans_);
+    for (const std::string &done : mend_times(scans_)) {
+        note(done);
+    }
     return {std::move(scans_), std::move(notes_)};
 }
 

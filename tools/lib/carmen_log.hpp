@@ -54,9 +54,7 @@ struct RawScan {
 /// ranges; else the usual lasers with so many ranges do (laser_angles.cpp). Less than 180 ranges
 /// are over 180 degrees, as CARMEN takes them, with a note. Others are refused.
 ///
-/// If times go backwards anywhere, never advance, or are fewer than half as many as the scans (a
-/// logger that wrote too few digits; two lasers that scan together keep theirs), every scan's time
-/// is its index instead [s].
+/// Times that go back are mended (scan_times.hpp), and a note tells it.
 class CarmenLog {
 public:
     explicit CarmenLog(const ReadOptions &options) : options_(options) {}
