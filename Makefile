@@ -151,8 +151,8 @@ CAN_OBJ      := $(call objects,$(CAN_SRC))
 CAN_TEST_OBJ := $(call objects,$(wildcard tests/can/*.cpp))
 
 # Readers of recorded scans.
-SCAN_LIB  := $(call objects,$(patsubst %,tools/lib/%.cpp,scan_log carmen_log scan_times laser_angles \
-             text_lines packed_file))
+SCAN_LIB  := $(call objects,$(patsubst %,tools/lib/%.cpp,scan_log carmen_log scan_times \
+             laser_angles text_lines packed_file))
 BENCH_LIB := $(SCAN_LIB) $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive \
              street_world truth host_map params_toml toml_table))
 BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))

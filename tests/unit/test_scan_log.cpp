@@ -46,8 +46,8 @@ std::vector<Scan> random_scans()
     std::uniform_real_distribution<double> number(-1e4, 1e4);
     std::vector<Scan> scans(50);
     for (Scan &scan : scans) {
-        scan = {number(bits), number(bits), number(bits), number(bits),
-                number(bits), number(bits), 34.0,         {}};
+        scan = {number(bits), number(bits),        number(bits), number(bits),
+                number(bits), number(bits) * 1e-5, 34.0,         {}};
         for (int i = 0; i < 20; ++i) {
             scan.ranges_m.push_back(static_cast<float>(number(bits)));
         }
@@ -115,11 +115,11 @@ TEST_CASE("gzipped and plain files of either format read the same")
     }
 }
 
-TEST_CASE("CSV: comments, blank lines, blanks, CR LF and a missing last newline are fine")
+TEST_CASE("CSV: comments, blank lines, blanks and CR LF are fine")
 {
     const Folder folder;
     const std::string text = "# c\xc3\xa9\n\n  \n0, 1,2,0.5,-1.5,0.1,34,\t3\r\n  # more\n1" +
-                             kGoodLine.substr(1, kGoodLine.size() - 2);
+                             kGoodLine.substr(1) + "# end";
     const std::vector<Scan> scans = read_scan_log(folder.file("f", text), {}).scans;
     REQUIRE(scans.size() == 2);
     CHECK(scans[0].ranges_m == std::vector<float>{3.0f});
@@ -239,6 +239,8 @@ TEST_CASE("each kind of broken scan file is refused with its line")
         {"y nan", "0,1,nan,0.5,-1.5,0.1,34,3\n", 1},
         {"theta inf", "0,1,2,-inf,-1.5,0.1,34,3\n", 1},
         {"angle_min nan", "0,1,2,0.5,nan,0.1,34,3\n", 1},
+        {"angle_step in degrees", "0,1,2,0.5,-9,3,34,1,2,3,4,5,6\n", 1},
+        {"clockwise, in degrees", kGoodLine + "0,1,2,0.5,9,-3,34,1,2,3,4,5,6\n", 2},
         {"angle_step inf", "0,1,2,0.5,-1.5,inf,34,3\n", 1},
         {"range_max zero", "0,1,2,0.5,-1.5,0.1,0,3\n", 1},
         {"range_max negative", kGoodLine + kGoodLine + "0,1,2,0.5,-1.5,0.1,-1,3\n", 3},
@@ -265,6 +267,32 @@ TEST_CASE("each kind of broken scan file is refused with its line")
     }
     CHECK(scan_error_line((folder.path / "missing").string()) == 0);
     CHECK(scan_error_line(folder.path.string()) == 1); // a folder
+}
+
+TEST_CASE("a CSV file is refused at every length it can be cut to inside its last line")
+{
+    const Folder folder;
+    const std::string text = kGoodLine + "0,1,2,0.5,-1.5,0.1,34,12.5,10.25\n";
+    for (std::size_t n = kGoodLine.size() + 1; n < text.size(); ++n) {
+        CAPTURE(n);
+        CHECK(scan_error_line(folder.file("cut", text.substr(0, n))) == 2);
+    }
+    CHECK(scan_error_line(folder.file("whole", text)) == -1);
+}
+
+TEST_CASE("CSV: scans that have other numbers of ranges than nearly all the others are told")
+{
+    const Folder folder;
+    std::string text;
+    for (int i = 0; i < 10; ++i) {
+        text += kGoodLine;
+    }
+    const std::string longer = kGoodLine.substr(0, kGoodLine.size() - 1) + ",3\n";
+    CHECK(read_scan_log(folder.file("f", text), {}).notes.empty());
+    CHECK(read_scan_log(folder.file("f", text + longer), {}).notes ==
+          std::vector<std::string>{"1 of 11 scans do not have 5 ranges as the others do; the first "
+                                   "is scan 11, with 6: is the file cut there?"});
+    CHECK(read_scan_log(folder.file("f", longer + kGoodLine + longer), {}).notes.empty());
 }
 
 TEST_CASE("a gzipped log is refused at every length it can be truncated to")

@@ -29,6 +29,7 @@ std::vector<gpom_point_t> read_points(const std::string &path)
         if (text.empty() || text[0] == '#' || (points.empty() && text == "x,y")) {
             continue;
         }
+        reader.require_line_end();
         split_commas(text, fields);
         if (fields.size() != 2) {
             reader.place().fail("point has " + std::to_string(fields.size()) + " fields; need x,y");

@@ -1,9 +1,13 @@
 #include "tools/lib/scan_log.hpp"
 
 #include "tools/lib/carmen_log.hpp"
+#include "tools/lib/laser_angles.hpp"
 #include "tools/lib/text_lines.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <map>
 #include <set>
 
 namespace gpom_tools
@@ -18,6 +22,18 @@ void parse_ranges(const std::vector<std::string_view> &fields, std::size_t i_fir
         const auto name = [&] { return "range " + std::to_string(i); };
         const std::string_view text = fields[i_first + i];
         ranges_m[i] = parse_number<float>(text, name(), place);
+    }
+}
+
+void require_radians(const Scan &scan, const Place &place)
+{
+    constexpr double kTurns_max = 2.0;
+    const double n_steps = static_cast<double>(scan.ranges_m.size()) - 1.0;
+    const double n_turns = std::abs(scan.angle_step_rad) * n_steps / (360.0 * kDegree);
+    if (n_turns > kTurns_max) {
+        std::string text = "the beams of this scan go over ";
+        append_number(text, std::round(n_turns * 10.0) / 10.0);
+        place.fail(text + " turns; angles are in radians, and angle_step looks like degrees");
     }
 }
 
@@ -43,8 +59,33 @@ Scan parse_csv(const std::vector<std::string_view> &fields, const Place &place)
         place.fail("range_max must be over 0, is " + std::string(fields[6]));
     }
     scan.ranges_m.resize(fields.size() - n_head);
+    require_radians(scan, place);
     parse_ranges(fields, n_head, scan.ranges_m, place);
     return scan;
+}
+
+/// Nearly all scans of a file have as many ranges, as of one laser: what is there of the others.
+std::vector<std::string> notes_on_counts(const std::vector<Scan> &scans)
+{
+    std::map<std::size_t, std::size_t> n_scans_of;
+    for (const Scan &scan : scans) {
+        ++n_scans_of[scan.ranges_m.size()];
+    }
+    const auto most =
+        std::max_element(n_scans_of.begin(), n_scans_of.end(),
+                         [](const auto &a, const auto &b) { return a.second < b.second; });
+    const std::size_t n_others = scans.size() - (scans.empty() ? 0 : most->second);
+    if (n_others == 0 || 10 * n_others > scans.size()) {
+        return {};
+    }
+    const auto first = std::find_if(scans.begin(), scans.end(), [&](const Scan &scan) {
+        return scan.ranges_m.size() != most->first;
+    });
+    return {std::to_string(n_others) + " of " + std::to_string(scans.size()) +
+            " scans do not have " + std::to_string(most->first) +
+            " ranges as the others do; the first is scan " +
+            std::to_string(first - scans.begin() + 1) + ", with " +
+            std::to_string(first->ranges_m.size()) + ": is the file cut there?"};
 }
 
 void require_scans(const ScanLog &log, const Place &place)
@@ -79,6 +120,7 @@ ScanLog read_scan_log(const std::string &path, const ReadOptions &options)
             format = looks_like_carmen(text) ? Format::carmen : Format::csv;
         }
         if (format == Format::csv) {
+            reader.require_line_end();
             split_commas(text, fields);
             csv.scans.push_back(parse_csv(fields, reader.place()));
         } else {
@@ -86,6 +128,7 @@ ScanLog read_scan_log(const std::string &path, const ReadOptions &options)
             carmen.take(fields, reader.place());
         }
     }
+    csv.notes = notes_on_counts(csv.scans);
     ScanLog log = format == Format::carmen ? carmen.finish() : std::move(csv);
     require_scans(log, reader.place());
     return log;

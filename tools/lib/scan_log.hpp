@@ -45,7 +45,8 @@ struct ScanLog {
 /// Read all scans of a file, plain, gzipped or packed with bzip2, of either format, told apart by
 /// content:
 ///   CSV     one scan a line, `t,x,y,theta,angle_min,angle_step,range_max,r0,r1,...` in s, m, rad;
-///           `#` comments and blank lines are skipped.
+///           `#` comments and blank lines are skipped. The last line needs its end, else it may be
+///           cut. A scan over more than two turns is refused: its angles are degrees.
 ///   CARMEN  a log of CARMEN, or one that gmapping corrected (.gfs.log): carmen_log.hpp.
 /// Throws FileError at the first thing wrong; zero and negative ranges are not wrong here.
 ScanLog read_scan_log(const std::string &path, const ReadOptions &options);

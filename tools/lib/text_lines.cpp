@@ -19,6 +19,7 @@ bool LineReader::next(std::string &line)
 {
     line.clear();
     ++n_lines_;
+    has_line_end_ = true;
     while (i_next_ < n_bytes_ || refill()) {
         const char *const start = buffer_.data() + i_next_;
         const std::size_t n_left = n_bytes_ - i_next_;
@@ -34,7 +35,16 @@ bool LineReader::next(std::string &line)
             return check_text(line);
         }
     }
+    has_line_end_ = false;
     return !line.empty() && check_text(line);
+}
+
+void LineReader::require_line_end() const
+{
+    if (!has_line_end_) {
+        place().fail("the file ends without the end of this line, so that its last number may be "
+                     "cut; add a line break if it is whole");
+    }
 }
 
 bool LineReader::refill()

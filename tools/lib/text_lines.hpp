@@ -36,6 +36,10 @@ public:
     /// The next line without its end; false at the end of the file.
     bool next(std::string &line);
 
+    /// Throws if the file ends before the end of the line that next() gave last: where its last
+    /// field is a number that counts, it may be cut, and nothing else tells.
+    void require_line_end() const;
+
 private:
     bool refill();
     bool check_text(std::string &line) const;
@@ -45,6 +49,7 @@ private:
     PackedFile file_;
     std::vector<char> buffer_;
     std::size_t i_next_ = 0;
+    bool has_line_end_ = true;
     std::size_t n_bytes_ = 0;
     int n_lines_ = 0;
 };
