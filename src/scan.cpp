@@ -192,10 +192,9 @@ float end_variance(const ScanContext &context, const Beam &beam)
 {
     float var_m2 = context.sensor.range_var_m2;
     if (context.pose_cov != nullptr) {
-        using RowMajor = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
-        const Eigen::Matrix3f cov = Eigen::Map<const RowMajor>(context.pose_cov);
         const Eigen::Vector2f direction(beam.dir_x, beam.dir_y);
-        var_m2 += 0.5f * gpom::position_variance(cov, context.lever_m + beam.range_m * direction);
+        const Eigen::Vector2f lever_m = context.lever_m + beam.range_m * direction;
+        var_m2 += 0.5f * gpom::position_variance(context.pose_cov, lever_m);
     }
     return gpom::lane::max(var_m2, 0.0f); // rounding may take it below 0
 }
