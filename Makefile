@@ -526,7 +526,8 @@ $(BUILD)/%.elf: $(CORTEX_M)/startup.o $(BUILD)/libgpom.a $(LD_SCRIPT)
 # The unit tests that make sense there, as hosted programs under newlib's semihosting: the library
 # is the device's, the tests are those of the PC.
 TARGET_TESTS := $(foreach i,main test_chol test_elementary test_index test_kdtree test_kernel \
-    test_lane test_local_gp test_map test_params test_scan test_select,tests/unit/$(i)) \
+    test_lane test_local_gp test_map test_params test_reading test_scan \
+    test_select,tests/unit/$(i)) \
     $(patsubst %.cpp,%,$(CODEC_TEST_SRC))
 TARGET_OBJ := $(TARGET_TESTS:%=$(BUILD)/target/%.o) $(BUILD)/target/tests/firmware/target/boot.o
 TARGET_INCLUDE := $(CROSS_INCLUDE) $(BUILD)/lcm tests/firmware/target/include

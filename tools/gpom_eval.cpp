@@ -313,23 +313,6 @@ void evaluate(const EvalOptions &options, const Trial &trial)
     print_summary(options, trial, outcome);
 }
 
-/// CLI::Range lets NaN pass.
-CLI::Validator between(double low, double high)
-{
-    return CLI::Validator(
-        [low, high](std::string &text) {
-            double value = 0.0;
-            const bool is_number = CLI::detail::lexical_cast(text, value);
-            if (is_number && value >= low && value <= high) {
-                return std::string();
-            }
-            std::string problem;
-            append_text(problem, "%s is not a number from %g to %g", text.c_str(), low, high);
-            return problem;
-        },
-        "");
-}
-
 void declare_common(CLI::App &mode, EvalOptions &options)
 {
     mode.add_option("--scans", options.scans_path, "Scans: CSV or CARMEN log, plain, gzip or bzip2")

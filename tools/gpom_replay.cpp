@@ -41,6 +41,7 @@ struct Options {
 
 void declare_options(CLI::App &app, Options &options)
 {
+    options.reading.range_min_m = 0.0; // as recorded: who receives them decides
     app.add_option("in", options.in_path,
                    "Scans (CSV or CARMEN log, plain, gzip or bzip2) or an LCM event log")
         ->required()

@@ -95,7 +95,9 @@ TEST_CASE("scans read back with the same bits")
     const std::vector<Scan> scans = random_scans();
     write_scans_csv(path, scans, "two\nlines");
     CHECK(bytes_of(path).rfind("# two\n# lines\n", 0) == 0);
-    const std::vector<Scan> read = read_scan_log(path, {}).scans;
+    ReadOptions all;
+    all.range_min_m = 0.0;
+    const std::vector<Scan> read = read_scan_log(path, all).scans;
     REQUIRE(read.size() == scans.size());
     for (std::size_t i = 0; i < scans.size(); ++i) {
         CHECK(same_scan(read[i], scans[i]));
@@ -267,6 +269,33 @@ TEST_CASE("each kind of broken scan file is refused with its line")
     }
     CHECK(scan_error_line((folder.path / "missing").string()) == 0);
     CHECK(scan_error_line(folder.path.string()) == 1); // a folder
+}
+
+TEST_CASE("readings of 0 and too near ones are what the options say")
+{
+    const Folder folder;
+    const std::string path = folder.file("f", "0,0,0,0,0,0.1,30,0,0.01,0.02,-1,nan,7\n");
+    const auto read = [&](ReadOptions options) {
+        return read_scan_log(path, options).scans[0].ranges_m;
+    };
+    const std::vector<float> as_default = read({});
+    CHECK(as_default[0] == 0.0f);
+    CHECK(std::isnan(as_default[1]));
+    CHECK(as_default[2] == 0.02f);
+    CHECK(as_default[3] == -1.0f);
+    CHECK(std::isnan(as_default[4]));
+    CHECK(as_default[5] == 7.0f);
+    ReadOptions options;
+    options.range_min_m = 0.0;
+    options.is_too_near_no_return = true; // nothing is too near
+    CHECK(read(options)[1] == 0.01f);
+    options.range_min_m = 0.1;
+    CHECK(read(options)[0] == 0.0f);
+    CHECK(std::isinf(read(options)[1]));
+    CHECK(std::isinf(read(options)[2]));
+    CHECK(read(options)[3] == -1.0f);
+    options.is_zero_no_return = true;
+    CHECK(std::isinf(read(options)[0]));
 }
 
 TEST_CASE("a CSV file is refused at every length it can be cut to inside its last line")

@@ -29,13 +29,13 @@ std::vector<gpom_point_t> read_points(const std::string &path)
         if (text.empty() || text[0] == '#' || (points.empty() && text == "x,y")) {
             continue;
         }
-        reader.require_line_end();
         split_commas(text, fields);
         if (fields.size() != 2) {
             reader.place().fail("point has " + std::to_string(fields.size()) + " fields; need x,y");
         }
         points.push_back({parse_finite(fields[0], "x", reader.place()),
                           parse_finite(fields[1], "y", reader.place())});
+        reader.require_line_end();
     }
     if (points.empty()) {
         reader.place().fail("no points in this file; need x,y a line");

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -88,6 +89,24 @@ std::vector<std::string> notes_on_counts(const std::vector<Scan> &scans)
             std::to_string(first->ranges_m.size()) + ": is the file cut there?"};
 }
 
+/// What readings of 0 and too near ones mean.
+void apply_range_min(std::vector<Scan> &scans, const ReadOptions &options)
+{
+    const auto range_min_m = static_cast<float>(options.range_min_m);
+    constexpr float kNoReturn = std::numeric_limits<float>::infinity();
+    const float too_near =
+        options.is_too_near_no_return ? kNoReturn : std::numeric_limits<float>::quiet_NaN();
+    for (Scan &scan : scans) {
+        for (float &range_m : scan.ranges_m) {
+            if (range_m == 0.0f && options.is_zero_no_return) {
+                range_m = kNoReturn;
+            } else if (range_m > 0.0f && range_m < range_min_m) {
+                range_m = too_near;
+            }
+        }
+    }
+}
+
 void require_scans(const ScanLog &log, const Place &place)
 {
     if (!log.scans.empty()) {
@@ -120,9 +139,9 @@ ScanLog read_scan_log(const std::string &path, const ReadOptions &options)
             format = looks_like_carmen(text) ? Format::carmen : Format::csv;
         }
         if (format == Format::csv) {
-            reader.require_line_end();
             split_commas(text, fields);
             csv.scans.push_back(parse_csv(fields, reader.place()));
+            reader.require_line_end();
         } else {
             split_blanks(text, fields);
             carmen.take(fields, reader.place());
@@ -131,6 +150,7 @@ ScanLog read_scan_log(const std::string &path, const ReadOptions &options)
     csv.notes = notes_on_counts(csv.scans);
     ScanLog log = format == Format::carmen ? carmen.finish() : std::move(csv);
     require_scans(log, reader.place());
+    apply_range_min(log.scans, options);
     return log;
 }
 

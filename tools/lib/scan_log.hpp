@@ -34,6 +34,12 @@ struct ReadOptions {
     /// Whole angle [degree] that the lasers of a CARMEN log see, symmetrical about their front, in
     /// the place of what the log says; absent: as it says.
     std::optional<double> fov_deg = {};
+    /// Readings over 0 and below it are ignored [m]. No usual lidar measures nearer: Hokuyo
+    /// URG-04LX and LDRobot LD06 from 0.02 m on, SICK TiM and RPLIDAR S2 0.05, Hokuyo UST 0.06 and
+    /// UTM 0.1, YDLIDAR X4 0.12, RPLIDAR A1 0.15.
+    double range_min_m = 0.02;
+    bool is_zero_no_return = false;     ///< A reading of 0 is no return; false: ignored.
+    bool is_too_near_no_return = false; ///< So is one below range_min_m.
 };
 
 /// The scans of a file, and what a person should know of how they were read, a sentence each.
@@ -48,7 +54,9 @@ struct ScanLog {
 ///           `#` comments and blank lines are skipped. The last line needs its end, else it may be
 ///           cut. A scan over more than two turns is refused: its angles are degrees.
 ///   CARMEN  a log of CARMEN, or one that gmapping corrected (.gfs.log): carmen_log.hpp.
-/// Throws FileError at the first thing wrong; zero and negative ranges are not wrong here.
+/// Ranges that the options say to ignore become NaN, those that they say are no return infinite;
+/// a range of 0 that is ignored stays, and so do negative ones: they are not wrong here.
+/// Throws FileError at the first thing wrong.
 ScanLog read_scan_log(const std::string &path, const ReadOptions &options);
 
 /// The scans of read_scan_log(). Its notes go to stderr, each once in a run.
