@@ -6,6 +6,7 @@
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/params_writer.hpp"
 #include "tools/lib/progress.hpp"
+#include "tools/lib/scan_options.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -37,7 +38,7 @@ struct Options {
     LiveConfig live;
     std::vector<CLI::Option *> live_options;
     std::optional<std::size_t> n_points;
-    double range_max_m = 49.0;
+    ReadOptions reading;
     double first_m = 0.0;
     double ell_max_m = 12.0;
     int n_hits = 8;
@@ -53,7 +54,7 @@ bool is_live(const Options &options) { return !is_street(options) && !options.fr
 void declare_data(CLI::App &app, Options &options)
 {
     app.add_option("--scans", options.scans_paths,
-                   "Scans to learn from, CSV or CARMEN log, plain or gzipped; may be repeated")
+                   "Scans to learn from, CSV or CARMEN log, plain, gzip or bzip2; may be repeated")
         ->required()
         ->type_name("FILE")
         ->expected(1)
@@ -76,10 +77,11 @@ void declare_data(CLI::App &app, Options &options)
     app.add_option("--first-metres", options.first_m,
                    "Learn from the first stretch of the way alone [m]; 0: all of it")
         ->check(CLI::NonNegativeNumber);
-    app.add_option("--range-max", options.range_max_m,
+    app.add_option("--range-max", options.reading.range_max_m,
                    "Usable range [m]; longer readings are no returns")
         ->check(CLI::Range(0.1, 1000.0))
         ->capture_default_str();
+    add_scan_options(app, options.reading);
     app.add_option("--seed", options.seed, "Seed of every choice")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
@@ -175,7 +177,7 @@ DataOptions data_options(const Options &options)
                                                      : kLogPlaces;
     const bool lml = options.method == "lml";
     DataOptions data;
-    data.range_max_m = options.range_max_m;
+    data.reading = options.reading;
     data.first_m = options.first_m;
     data.fraction = options.fraction.value_or(1.0);
     data.n_places = lml ? n_default : options.n_points.value_or(n_default);

@@ -8,6 +8,7 @@
 #include "tools/lib/live_options.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/protocol.hpp"
+#include "tools/lib/scan_options.hpp"
 
 #include <cstdio>
 #include <stdexcept>
@@ -52,12 +53,15 @@ CLI::App *add_judge(CLI::App &app, Options &options)
     JudgeOptions &judge = options.judge;
     CLI::App *const command =
         add_command(app, "judge", "Accuracy against as many beams drawn at random", options);
-    command->add_option("--scans", judge.scans_path, "Scans: CSV or CARMEN log, plain or gzipped")
+    command
+        ->add_option("--scans", judge.scans_path, "Scans: CSV or CARMEN log, plain, gzip or bzip2")
         ->required()
         ->type_name("FILE");
     command->add_option("--truth", judge.truth_path, "Ground truth of a street, PGM image")
         ->type_name("FILE");
-    command->add_option("--range-max", judge.range_max_m, "Usable range of a log's sensor [m]");
+    command->add_option("--range-max", judge.reading.range_max_m,
+                        "Usable range of a log's sensor [m]");
+    add_scan_options(*command, judge.reading);
     command->add_option("--fraction", judge.fraction, "Share of a log's returns that make the map")
         ->check(CLI::Range(0.01, kTrainingShareMax));
     add_spurious_option(*command, judge.spurious);

@@ -37,7 +37,7 @@ LearnBeam beam_of(const Scan &scan, std::size_t i_scan, std::size_t i_beam)
 /// The log as far as it is learnt from.
 std::vector<Scan> read_source(const LearnSource &source, const DataOptions &options)
 {
-    std::vector<Scan> scans = read_log(source.scans_path, options.range_max_m);
+    std::vector<Scan> scans = read_log(source.scans_path, options.reading);
     return options.training_of ? split_log(scans, kTrainingShareMax, *options.training_of).training
                                : scans;
 }
@@ -47,7 +47,7 @@ std::vector<Scan> scans_of(const LearnSource &source, const DataOptions &options
 {
     const bool is_log = source.truth_path.empty();
     return first_metres(is_log ? evenly_taken(read_source(source, options), kLogScansMax)
-                               : read_scans(source.scans_path, {options.range_max_m}),
+                               : read_scans(source.scans_path, options.reading),
                         options.first_m);
 }
 

@@ -20,7 +20,7 @@ struct LearnSource {
 };
 
 struct DataOptions {
-    double range_max_m = 49.0;
+    ReadOptions reading;
     double first_m = 0.0;       ///< Only this much of the way driven; 0: all.
     double fraction = 1.0;      ///< Share of the beams that make a map which keeps them all.
     std::size_t n_places = 0;   ///< To learn from, of each source.
