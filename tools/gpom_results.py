@@ -157,10 +157,11 @@ def all_jobs(arguments, logs):
 def live_jobs(arguments, logs):
     jobs = [Job(trial, log.name, seed, live_section.judge_words(log, seed, trial),
                 tool="gpom-live")
-            for trial in live_section.TRIALS for log in logs for seed in live_section.SEEDS]
+            for trial in live_section.TRIALS for log in logs
+            for seed in range(arguments.live_seeds)]
     jobs += [Job(live_section.LEARNT, log.name, seed, *live_section.learnt_words(log, seed),
                  tool="gpom-live")
-             for log in logs for seed in live_section.LEARNT_SEEDS]
+             for log in logs for seed in live_section.learnt_seeds(arguments.live_seeds)]
     if arguments.drive > 0:
         jobs.append(Job("drive", "town", 0, live_section.drive_words(arguments.drive),
                         tool="gpom-live"))
@@ -319,10 +320,11 @@ def rival_entries(figures, name):
 
 
 def live_sections(figures, jobs, arguments, names):
+    n_learnt = len(live_section.learnt_seeds(arguments.live_seeds))
     if names:
         yield "## The live map: before and behind surfaces\n"
         yield commands_text([job for job in jobs if job.table == live_section.LEARNT],
-                            f"`$SEED` = 0 to {len(live_section.LEARNT_SEEDS) - 1}\n")
+                            f"`$SEED` = 0 to {n_learnt - 1}\n")
         yield live_section.SURFACES_TEXT
         if SHARE_OF_LIVE not in arguments.fractions:
             yield f"Rivals left out: no share {SHARE_OF_LIVE} among those asked for.\n"
@@ -331,7 +333,7 @@ def live_sections(figures, jobs, arguments, names):
     for trial in live_section.TRIALS if names else ():
         yield f"## The live map: {live_section.TITLES[trial]}\n"
         yield commands_text([job for job in jobs if job.table == trial],
-                            f"`$SEED` = 0 to {len(live_section.SEEDS) - 1}\n")
+                            f"`$SEED` = 0 to {arguments.live_seeds - 1}\n")
         for part in live_section.parts(trial, figures.reports, names):
             yield part if isinstance(part, str) else table_text(*part)
     if arguments.drive > 0:
@@ -427,6 +429,9 @@ def parse_arguments():
                         help="streets of seeds 0 to N - 1 (default: 5)")
     parser.add_argument("--points", type=int, choices=range(100, 1_000_001), default=20000,
                         metavar="N", help="test points of a street (default: 20000)")
+    parser.add_argument("--live-seeds", type=int, choices=range(1, 101), default=10, metavar="N",
+                        help="live maps of seeds 0 to N - 1, at most 3 of them learnt for "
+                             "(default: 10)")
     parser.add_argument("--drive", type=int, choices=range(0, 10_000_001), default=864_000,
                         metavar="N", help="scans of the long drive (default: 864000, ten minutes)")
     parser.add_argument("--bench", metavar="DIR", type=pathlib.Path,

@@ -9,13 +9,12 @@ PRESETS = {"intel": "indoor", "csail": "indoor", "seattle": "indoor", "campus-we
            "acapulco": "campus"}
 COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted_redundant",
           "beams_evicted_contradicted", "beams_not_confirmed", "hits_cleared", "free_cleared")
-SEEDS = range(10)
 # What `gpom-live judge` is told beside the log.
 TRIALS = {"live": (), "spurious": ("--spurious", "0.05")}
 TITLES = {"live": "what is worth keeping", "spurious": "spurious returns"}
 # Maps whose parameters their own beams taught.
 LEARNT = "live learnt"
-LEARNT_SEEDS = range(3)
+LEARNT_SEEDS_MAX = 3
 LEARNT_MODEL = ("--kernel", "matern12", "--model", "noise,anisotropy,vote")
 SURFACES_TEXT = """\
 Live maps as below: all scans in order, nine returns in ten, at most 16,384 beams kept; the other
@@ -96,12 +95,17 @@ def accuracy_table(reports):
     return ["log", "beams", *(title for _, title in METRICS), "number", "test points"], rows
 
 
+def learnt_seeds(n_seeds):
+    return range(min(n_seeds, LEARNT_SEEDS_MAX))
+
+
 def surface_table(reports, names, rivals_of):
     """Live maps with learnt parameters and with the preset's, and rivals, up to the surface.
     rivals_of(name): label and entries of gpom-eval, seed by seed, of each rival."""
     rows = []
     for name in names:
-        lives = [(label, [reports[table, name, seed]["live"] for seed in LEARNT_SEEDS])
+        seeds = [seed for table, log, seed in reports if (table, log) == (LEARNT, name)]
+        lives = [(label, [reports[table, name, seed]["live"] for seed in seeds])
                  for table, label in ((LEARNT, "live map, learnt"),
                                       ("live", f"live map, {PRESETS[name]}.toml"))]
         rivals = [(label, [entry["all"] | entry for entry in entries])
@@ -116,7 +120,8 @@ def surface_table(reports, names, rivals_of):
 
 def parts(trial, reports, names):
     """What a trial's section says: texts, and tables' headers and rows."""
-    of_logs = {name: [reports[trial, name, seed] for seed in SEEDS] for name in names}
+    of_logs = {name: [report for (table, log, _), report in reports.items()
+                      if (table, log) == (trial, name)] for name in names}
     if trial == "spurious":
         yield SPURIOUS_TEXT
         yield accuracy_table(of_logs)

@@ -108,8 +108,8 @@ def test_kept_beams_know_more_than_as_many_drawn_at_random(run, log, name):
 
 @pytest.mark.parametrize("seed", [0, 3])
 def test_a_map_of_every_beam_is_judged_as_gpom_eval_judges_it(run, street, tmp_path, seed):
-    """With next to no spacing all returns are kept: "random" is then the map of the whole split, and
-    points, band and profile are those of the same held-out beams."""
+    """With next to no spacing all returns are kept: "random" is then the map of the whole split,
+    and points, band and profile are those of the same held-out beams."""
     report = judged(run, street, "street", "--seed", seed, "--keep", 0.001, "--clear-scans", 0)
     expected = evaluated(run, tmp_path, "log", street, seed, "--range-max", 49, "--fraction", 0.9)
     method = expected["methods"][0]

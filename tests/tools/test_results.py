@@ -11,7 +11,7 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
     texts = []
     for name in ("a.md", "b.md"):
         done = results(run, tool, tmp_path, tmp_path / name, "--seeds", "0,1", "--fractions",
-                       "0.04", "--streets", 1, "--points", 100, "--drive", 0,
+                       "0.04", "--streets", 1, "--points", 100, "--live-seeds", 2, "--drive", 0,
                        "--odometry", 0)
         assert done.returncode == 0, done.stderr
         assert "intel left out" in done.stdout
@@ -24,7 +24,13 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
                   "gpom-eval log --scans $DATA/seattle.log.gz", "`$SEED` = 0, 1",
                   "| seattle | strong grid |", "| **mean** | OctoMap |"):
         assert words in text
-    assert text.count("```\ngpom-") == 8
+    assert text.count("```\ngpom-") == 9
+    assert text.count("| p = .5 at [m] |") == 4  # beams, runs, streets, live maps
+    assert "| seattle | live map, learnt |" in text
+    assert "| seattle | live map, indoor.toml |" in text
+    assert "Rivals left out: no share 1.0" in text
+    assert "--training-of $SEED" in text and "NLL, band" in text
+    assert "0.3 m before it" not in text
     assert "| seattle | kept |" in text and "| seattle | as many at random |" in text
     assert "--method lml --out $STREETS/seattle-0.04-seed-$SEED/lml.toml" in text
     assert "| seattle | GP, lml |" in text and "| best |" in text
