@@ -204,7 +204,7 @@ TEST_CASE("a snapshot has a fixed layout")
     const std::size_t n_blocks = n_blocks_of(bytes);
     REQUIRE(n_blocks == n_in_block.size() + 1);
     for (std::uint8_t i = 0; i + 1u < n_blocks; ++i) {
-        const Bytes head = {'G', 'P', 'M', 'S', 2, 0, 0, n_in_block[i], 1, 0, 0, 0, 0,
+        const Bytes head = {'G', 'P', 'M', 'S', 3, 0, 0, n_in_block[i], 1, 0, 0, 0, 0,
                             0,   0,   0,   i,   0, 0, 0};
         CHECK(std::equal(head.begin(), head.end(), bytes.begin() + i * std::ptrdiff_t{kBlock}));
     }

@@ -84,11 +84,12 @@ double faded_log_distance(double rho, double log_distance)
     return rho * log_distance + (1.0 - rho) * std::log(kLogDistanceMax + kLogDistanceMin);
 }
 
-/// vote cs + the log terms + beta.
+/// vote cs + the log terms + beta, fading to what they are far from all beams.
 double offset_of(const LearntParams &params, const Neighbourhood &neighbourhood)
 {
     const double rho = remaining_correlation(params, neighbourhood);
-    double offset = params.beta + params.vote * rho * neighbourhood.vote;
+    double offset =
+        params.beta + (1.0 - rho) * params.beta_far + params.vote * rho * neighbourhood.vote;
     for (std::size_t i = 0; i < params.log_weights.size(); ++i) {
         offset += params.log_weights[i] * faded_log_distance(rho, neighbourhood.log_distances[i]);
     }
@@ -102,6 +103,14 @@ Covariance covariance_of(const LearntParams &params, const CovariancePoint &p,
 {
     return params.kernel == GPOM_KERNEL_NN ? neural_network(params, p, q)
                                            : stationary(params, p, q);
+}
+
+PointNoise noise_of(const LearntParams &params, const NeighbourPoint &point)
+{
+    // (v + k**) / w - k**, and of equal points the noise over their count
+    const double sn2 = point.label > 0.0 ? params.sn2 : params.sn2_free;
+    const double n_whole = point.count * point.weight;
+    return {sn2 / n_whole, (1.0 - point.weight) / n_whole};
 }
 
 double remaining_correlation(const LearntParams &params, const Neighbourhood &neighbourhood)
@@ -128,12 +137,15 @@ void ModelWork::assemble(const LearntParams &params, const Neighbourhood &neighb
     points_.clear();
     y_.resize(n);
     noise_.resize(n);
+    prior_noise_.resize(n);
     for (Eigen::Index i = 0; i < n; ++i) {
         const NeighbourPoint &point = neighbourhood.points[static_cast<std::size_t>(i)];
         points_.push_back({shrink * point.along_m, point.across_m,
                            -(1.0 - neighbourhood.axis_ratio) * point.along_m});
         y_(i) = point.label;
-        noise_(i) = (point.label > 0.0 ? params.sn2 : params.sn2_free) / point.count;
+        const PointNoise noise = noise_of(params, point);
+        noise_(i) = noise.own;
+        prior_noise_(i) = noise.prior;
     }
     points_.push_back({0.0, 0.0, 0.0});
     for (Eigen::MatrixXd *matrix : {&k_, &by_shape0_, &by_shape1_, &by_anisotropy_}) {
@@ -157,7 +169,7 @@ void ModelWork::solve()
 {
     const auto n = static_cast<Eigen::Index>(n_);
     system_ = k_.topLeftCorner(n, n);
-    system_.diagonal() += noise_;
+    system_.diagonal() += noise_ + k_(n, n) * prior_noise_;
     factor_.compute(system_); // reads the lower triangle alone
     k_star_ = k_.row(n).head(n).transpose();
     a_ = factor_.solve(y_);
@@ -205,6 +217,10 @@ void ModelWork::accumulate(const Adjoint &adjoint, Gradient &gradient) const
     }
     for (Eigen::Index i = 0; i < n; ++i) {
         gradient(y_(i) > 0.0 ? kBySn2 : kBySn2Free) += adjoint(i, i) * noise_(i);
+        const double w = adjoint(i, i) * prior_noise_(i);
+        gradient(kByShape0) += w * by_shape0_(n, n);
+        gradient(kByShape1) += w * by_shape1_(n, n);
+        gradient(kBySf2) += w * k_(n, n);
     }
 }
 
@@ -251,6 +267,7 @@ double loss_of(const LearntParams &params, const Neighbourhood &neighbourhood, M
     (*gradient)(kByAlpha) += loss.by_alpha_log;
     (*gradient)(kByBeta) += loss.by_argument;
     const double rho = remaining_correlation(params, neighbourhood);
+    (*gradient)(kByBetaFar) += loss.by_argument * (1.0 - rho);
     (*gradient)(kByVote) += loss.by_argument * rho * neighbourhood.vote;
     for (int i = 0; i < 4; ++i) {
         const double log_distance = neighbourhood.log_distances[static_cast<std::size_t>(i)];

@@ -22,7 +22,8 @@ enum Derivative : int {
     kByAnisotropy,
     kByVote,
     kByLogWeight, ///< The first of four.
-    kDerivatives = kByLogWeight + 4
+    kByBetaFar = kByLogWeight + 4,
+    kDerivatives
 };
 using Gradient = Eigen::Matrix<double, kDerivatives, 1>;
 
@@ -54,6 +55,13 @@ struct CovariancePoint {
 Covariance covariance_of(const LearntParams &params, const CovariancePoint &p,
                          const CovariancePoint &q);
 
+/// Noise variance of a point: `own` is proportional to the noise parameter of its kind, `prior` is
+/// how many times k(x*, x*) comes on top where the point has faded (params.h).
+struct PointNoise {
+    double own, prior;
+};
+PointNoise noise_of(const LearntParams &params, const NeighbourPoint &point);
+
 /// Weights of a scalar on every covariance: d value = sum over i > j of w(i, j) dk(i, j) + sum over
 /// i of w(i, i) d(k(i, i) + noise). Only the lower triangle counts; the last index is the query.
 using Adjoint = Eigen::MatrixXd;
@@ -76,6 +84,7 @@ public:
     const Eigen::LLT<Eigen::MatrixXd> &factor() const { return factor_; }
     const Eigen::VectorXd &labels() const { return y_; }
     const Eigen::VectorXd &weights() const { return a_; } ///< (K + N)^-1 y
+    /// Noise variances as long as no point fades.
     const Eigen::VectorXd &noises() const { return noise_; }
 
 private:
@@ -84,7 +93,8 @@ private:
     std::vector<CovariancePoint> points_;
     Eigen::MatrixXd k_, by_shape0_, by_shape1_, by_anisotropy_, system_;
     Eigen::LLT<Eigen::MatrixXd> factor_;
-    Eigen::VectorXd y_, a_, b_, k_star_, noise_;
+    Eigen::VectorXd y_, a_, b_, k_star_;
+    Eigen::VectorXd noise_, prior_noise_; ///< PointNoise
 };
 
 /// Between f at the query and what its neighbours tell of f: 1 - d^2 / fade_m^2, d being the

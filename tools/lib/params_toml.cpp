@@ -61,6 +61,8 @@ std::set<std::string> keys_of(std::int32_t kernel)
                                   "anisotropy",
                                   "vote",
                                   "fade_m",
+                                  "fading",
+                                  "beta_far",
                                   "log_hit_first",
                                   "log_hit_last",
                                   "log_free_first",
@@ -94,6 +96,7 @@ void read_context(const TomlTable &table, gpom_params_t &params)
                                                         {"anisotropy", &params.anisotropy},
                                                         {"vote", &params.vote},
                                                         {"fade_m", &params.fade_m},
+                                                        {"beta_far", &params.beta_far},
                                                         {"sn2_once", &params.sn2_once},
                                                         {"log_hit_first", &params.log_hit_first},
                                                         {"log_hit_last", &params.log_hit_last},
@@ -106,6 +109,9 @@ void read_context(const TomlTable &table, gpom_params_t &params)
     }
     if (table.has("scan_points_max")) {
         params.scan_points_max = count(table, "scan_points_max", GPOM_POINTS_MAX);
+    }
+    if (table.has("fading")) {
+        params.n_fading = count(table, "fading", GPOM_SPARSE_POINTS_MAX);
     }
 }
 
