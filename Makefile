@@ -203,6 +203,13 @@ demo-cars: tools ## Vehicles leave (spurious returns or not) or arrive on a stre
 	$(Q)build/venv/bin/python tools/cars_picture.py $(foreach i,leave spurious arrive, \
 	    build/demo-cars/$i.json) --out build/demo-cars/map.png
 
+demo-doors: tools ## Doors in a live map, a low-resolution map and OctoMap: build/demo-doors
+	@mkdir -p build/demo-doors
+	$(Q)$(BUILD)/gpom-live door --params tools/params/indoor.toml $(if $(SEED),--seed $(SEED)) \
+	    --json build/demo-doors/doors.json
+	$(Q)for stage in past through; do build/venv/bin/python tools/door_picture.py \
+	    build/demo-doors/doors.json --stage $$stage --out build/demo-doors/$$stage.png || exit; done
+
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
 
@@ -274,10 +281,10 @@ distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
-        demo-cars demo-lcm soak results fuzz test test-all lint format check-symbols firmware \
-        test-firmware clean distclean test-programs unit tsan processors codec-tests linux-tests \
-        can-tests test-can fuzzers firmware-image firmware-host test-firmware-programs demo- \
-        firmware install FORCE
+        demo-cars demo-doors demo-lcm soak results fuzz test test-all lint format check-symbols \
+        firmware test-firmware clean distclean test-programs unit tsan processors codec-tests \
+        linux-tests can-tests test-can fuzzers firmware-image firmware-host \
+        test-firmware-programs demo-firmware install FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------

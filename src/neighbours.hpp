@@ -181,23 +181,26 @@ struct GatherTo {
     size_t first, n;
 };
 
-/// Sums over the chosen hits of a lane, each counting its weight.
-struct Votes {
-    F facing, weight;
+/// What the beams of the chosen hits say, summed, each counting its weight: facing(), their
+/// directions, and the weights.
+struct BeamSums {
+    F facing, dir_x, dir_y, weight;
 };
 
 /// Bring the chosen neighbours into the neighbourhood: each lane's own beams as points relative to
-/// its query, with their noise; one that was not found is absent. Returns their votes.
+/// its query, with their noise; one that was not found is absent. Returns the beams' sums, zero
+/// where no parameter asks for them.
 template <class Part>
-Votes gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
-             const GatherTo &to)
+BeamSums gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
+                const GatherTo &to)
 {
     const gpom_params_t &params = map.config.params;
     const Offset<F> at = work.packet->at;
     const Neighbourhood<F> points = work.points;
     const F zero = lane::splat<F>(0.0f);
     const float softness_m2 = params.n_fading > 0 ? kFacingSoftness_m2 : 0.0f;
-    Votes votes = {zero, zero};
+    const bool has_sums = params.vote != 0.0f || params.line != 0.0f;
+    BeamSums sums = {zero, zero, zero, zero};
     uint32_t n_beams = 0; // of the rank before
     for (size_t j = to.first; j < to.first + to.n; ++j) {
         const I slots = nearest.best[j - to.first].slot;
@@ -208,13 +211,15 @@ Votes gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, c
         points.y_m[j] = own.point.y_m;
         points.noise[j] =
             params.n_fading > 0 ? fading_noise(own.noise, map.prior_variance, weight) : own.noise;
-        if (params.vote != 0.0f) {
-            votes.facing = votes.facing + weight * facing(own.point.x_m, own.point.y_m, own.dir_x,
-                                                          own.dir_y, softness_m2);
-            votes.weight = votes.weight + lane::select(slots >= 0, weight, zero);
+        if (has_sums) {
+            sums.facing = sums.facing + weight * facing(own.point.x_m, own.point.y_m, own.dir_x,
+                                                        own.dir_y, softness_m2);
+            sums.dir_x = sums.dir_x + weight * own.dir_x;
+            sums.dir_y = sums.dir_y + weight * own.dir_y;
+            sums.weight = sums.weight + lane::select(slots >= 0, weight, zero);
         }
     }
-    return votes;
+    return sums;
 }
 
 /// How many of the first n entries of each lane were found.
@@ -241,15 +246,22 @@ inline bool has_ties(const NearestK<F> &nearest, size_t n)
 }
 
 /// What is added to alpha mu in eq. 7: beta, and what context says (params.h).
-inline F context_offset(const gpom_params_t &params, const Workspace &work, const Votes &votes)
+inline F context_offset(const gpom_params_t &params, const Workspace &work, const BeamSums &sums,
+                        const HitAxis<F> &axis)
 {
     F offset = lane::splat<F>(params.beta);
     if (has_log_terms(params)) {
         offset = offset + log_terms(params, work.points);
     }
-    if (params.vote != 0.0f) {
-        const F mean = votes.facing / lane::max(votes.weight, lane::splat<F>(1.0f));
-        offset = offset + params.vote * mean * nearness(work.points);
+    if (params.vote != 0.0f || params.line != 0.0f) {
+        const F n = lane::max(sums.weight, lane::splat<F>(1.0f));
+        const F mean = sums.facing / n;
+        const F near = nearness(work.points);
+        offset = offset + params.vote * mean * near;
+        if (params.line != 0.0f) {
+            offset = offset +
+                     params.line * near * behind_line(axis, F(sums.dir_x / n), F(sums.dir_y / n));
+        }
     }
     return offset;
 }
@@ -332,11 +344,15 @@ inline F find_neighbours(const gpom_map &map, Workspace &work)
     const Neighbourhood<F> &p = work.points;
     choose(map, work.hits, p.weight, params.n_hits);
     choose(map, work.free, p.weight + p.n_hits, params.n_free);
-    const Votes votes = gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits});
+    const BeamSums sums = gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits});
     gather(map, work, work.free, map.index.free_part, {p.n_hits, p.n_free});
-    const F offset = context_offset(params, work, votes);
+    HitAxis<F> axis = {};
+    if (params.anisotropy > 0.0f || params.line != 0.0f) {
+        axis = axis_of_hits(p);
+    }
+    const F offset = context_offset(params, work, sums, axis);
     if (params.anisotropy > 0.0f) {
-        shrink_along_hits(p, params.anisotropy);
+        shrink_along_hits(p, axis, params.anisotropy);
     }
     if (has_ties(work.hits, p.n_hits)) {
         merge_equal(p.x_m, p.y_m, p.noise, p.n_hits);

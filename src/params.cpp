@@ -133,6 +133,9 @@ const char *problem_of_context(const gpom_params_t &p)
     if (!is_within(p.vote, -kMost, kMost)) {
         return "vote: must be from -1e6 to 1e6";
     }
+    if (!is_within(p.line, -kMost, kMost)) {
+        return "line: must be from -1e6 to 1e6";
+    }
     return nullptr;
 }
 

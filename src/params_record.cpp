@@ -16,7 +16,7 @@ namespace
 
 constexpr uint32_t kMagic = 0x504d5047; // "GPMP" in the order of the bytes
 constexpr uint16_t kVersion = 4;
-constexpr uint16_t kVersionBefore = 3; // knew no n_fading and no beta_far
+constexpr uint16_t kVersionBefore = 3; // knew no n_fading, beta_far and line
 
 /// The float fields in the record's order, which never changes within a version.
 constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
@@ -44,7 +44,7 @@ constexpr uint16_t gpom_params_t::*kCounts[] = {&gpom_params_t::n_hits, &gpom_pa
 
 /// What this version has more.
 constexpr uint16_t gpom_params_t::*kNewCounts[] = {&gpom_params_t::n_fading};
-constexpr float gpom_params_t::*kNewFloats[] = {&gpom_params_t::beta_far};
+constexpr float gpom_params_t::*kNewFloats[] = {&gpom_params_t::beta_far, &gpom_params_t::line};
 
 template <class T, size_t n> constexpr uint32_t count_of(T (&)[n]) { return n; }
 

@@ -68,7 +68,10 @@ typedef struct {
                                    the last that does not fade to 1 at the (n + 1)-th neighbour; in
                                    the vote and the scatter of the hits each counts w. Of a scan at
                                    its cap (scan_points_max) the last point fades, too. 0: none
-                                   fades; else less than n_hits and than n_free. */
+                                   fades; else less than n_hits and than n_free. Neighbours at equal
+                                   distances, as free segments that begin at one place and all look
+                                   away from the query, still come and go together: there answers
+                                   may jump. */
     float depth_m;            /**< Occupied part of a hit: from it on this far [m]; 0 .. 5. */
     float anisotropy;         /**< Distances along the main axis of the chosen hits shrink by the
                                    factor 1 - anisotropy (1 - sqrt(l2 / l1)), l1 and l2 being their
@@ -84,12 +87,17 @@ typedef struct {
     float fade_m;             /**< What the neighbours say fades with the distance d [m] to the
                                    nearest of them by 1 - d^2 / fade_m^2: from here on the answer is
                                    the prior. 0.1 .. 1e6, 0: never; 0 in the map frame. */
-    float beta_far; /**< Added to beta where nothing of the neighbours is left, fading in as
-                                   they fade by fade_m; -1e6 .. 1e6, 0 where fade_m is 0. */
-    float sn2_once; /**< Live maps alone (keep_m > 0, live.h): noise variance of hits that
+    float beta_far;           /**< Added to beta as far as fade_m takes the neighbours away: an own
+                                   offset for places far from all; -1e6 .. 1e6, 0 if fade_m is 0. */
+    float sn2_once;           /**< Live maps alone (keep_m > 0, live.h): noise variance of hits that
                                    scans of one time alone saw [1], until a scan of another time
                                    returns from within keep_m, and again once scans that saw through
                                    the hit took its last count. sn2 .. 1e6, 0: as sn2. */
+    float line;               /**< Weight, inside eq. 7, of how far the query is behind the line
+                                   through the chosen hits: (1 - sqrt(l2 / l1)) (n . b) t /
+                                   sqrt(t^2 + (5 cm)^2), n being the line's normal, b the mean
+                                   direction of the hits' beams and t the distance [m] from the line
+                                   along n; fades to 0 at 30 m from the nearest hit. -1e6 .. 1e6. */
 } gpom_params_t;
 
 /** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt ones are better. */
@@ -112,7 +120,7 @@ GPOM_API float gpom_params_prior_probability(const gpom_params_t *params);
 
 /** Bytes of a stored record of hyperparameters: magic, version, fields in little-endian order on
  *  every processor, CRC-32. */
-#define GPOM_PARAMS_RECORD_BYTES 104u
+#define GPOM_PARAMS_RECORD_BYTES 108u
 
 /** Write a record of GPOM_PARAMS_RECORD_BYTES, for a file or a flash page.
  *

@@ -37,6 +37,7 @@ gpom_params_t busy_params()
     p.sn2_once = 0.375f;
     p.n_fading = 5;
     p.beta_far = 0.0625f;
+    p.line = 1.0f;
     return p;
 }
 
@@ -92,6 +93,7 @@ TEST_CASE("a record gives back the parameters it was made of")
     CHECK(read.sn2_once == p.sn2_once);
     CHECK(read.n_fading == p.n_fading);
     CHECK(read.beta_far == p.beta_far);
+    CHECK(read.line == p.line);
 }
 
 // The layout is fixed on every processor: magic, version, and fields low byte first.
@@ -103,8 +105,9 @@ TEST_CASE("a record has a fixed layout")
     CHECK(std::equal(head.begin(), head.end(), record.begin()));
     const std::vector<std::uint8_t> one = {0x00, 0x00, 0x80, 0x3f}; // sf2 = 1
     CHECK(std::equal(one.begin(), one.end(), record.begin() + 14));
-    const std::vector<std::uint8_t> last = {5, 0, 0x00, 0x00, 0x80, 0x3d}; // beta_far = 1 / 16
-    CHECK(std::equal(last.begin(), last.end(), record.end() - 10));
+    const std::vector<std::uint8_t> last = {5,    0,    0x00, 0x00, 0x80, 0x3d, // beta_far = 1 / 16
+                                            0x00, 0x00, 0x80, 0x3f};            // line = 1
+    CHECK(std::equal(last.begin(), last.end(), record.end() - 14));
     std::vector<std::uint8_t> mended = record;
     mend_crc(mended);
     CHECK(mended == record);
@@ -145,8 +148,10 @@ TEST_CASE("a record of the version before is read, and new fields are neutral")
     CHECK(gpom_params_load(&read, record.data(), record.size(), nullptr) == GPOM_OK);
     CHECK(read.n_fading == 0);
     CHECK(read.beta_far == 0.0f);
+    CHECK(read.line == 0.0f);
     p.n_fading = 0;
     p.beta_far = 0.0f;
+    p.line = 0.0f;
     CHECK(record_of(read) == record_of(p));
     record.resize(GPOM_PARAMS_RECORD_BYTES);
     mend_crc(record);

@@ -46,10 +46,11 @@ Trial street_trial(const EvalOptions &options)
     trial.truth = read_truth(options.truth_path);
     trial.scans = read_scans(options.scans_path, {});
     trial.beams = beams_of(trial.scans, kHalfSpacing);
-    trial.points = street_points(*trial.truth, options.n_points, options.seed);
-    for (const TestPoint &point : trial.points) {
-        trial.near_beam.push_back(is_near(point.at, trial.beams, kNearBeam));
+    trial.test.points = street_points(*trial.truth, options.n_points, options.seed);
+    for (const TestPoint &point : trial.test.points) {
+        trial.test.near_beam.push_back(is_near(point.at, trial.beams, kNearBeam));
     }
+    trial.test.profile = profile_across(*trial.truth, trial.scans, options.seed);
     trial.low = {trial.truth->x0_m, trial.truth->y0_m};
     trial.high = {trial.low.x_m + trial.truth->nx * trial.truth->cell_m,
                   trial.low.y_m + trial.truth->ny * trial.truth->cell_m};
@@ -68,18 +69,10 @@ Trial log_trial(const EvalOptions &options)
     trial.beams = beams_of(split.training, half_width_rad);
     trial.other_beams = beams_of(split.others, half_width_rad);
     trial.scans = std::move(split.training);
-    trial.points = std::move(split.points);
+    trial.test.points = std::move(split.points);
+    trial.test.profile = profile_along(trial.other_beams, options.seed);
     cover_beams(trial);
     return trial;
-}
-
-std::vector<gpom_point_t> places_of(const std::vector<TestPoint> &points)
-{
-    std::vector<gpom_point_t> places;
-    for (const TestPoint &point : points) {
-        places.push_back(point.at);
-    }
-    return places;
 }
 
 } // namespace gpom_tools

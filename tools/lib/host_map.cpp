@@ -111,6 +111,14 @@ std::vector<gpom_answer_t> HostMap::query(const gpom_raster_t &raster) const
     return answers;
 }
 
+gpom_path_result_t HostMap::query(const gpom_path_t &path) const
+{
+    gpom_path_result_t result;
+    const gpom_scratch_t memory = scratch();
+    require_answers(gpom_path_query(map_, &path, &result, &memory));
+    return result;
+}
+
 gpom_stats_t HostMap::stats() const
 {
     gpom_stats_t stats;

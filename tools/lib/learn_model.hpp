@@ -17,10 +17,12 @@ enum Derivative : int {
     kBySf2,
     kBySn2,
     kBySn2Free,
+    kBySn2Once, ///< log (sn2_once / sn2).
     kByAlpha,
     kByBeta,
     kByAnisotropy,
     kByVote,
+    kByLine,
     kByLogWeight, ///< The first of four.
     kByBetaFar = kByLogWeight + 4,
     kDerivatives
@@ -55,13 +57,6 @@ struct CovariancePoint {
 Covariance covariance_of(const LearntParams &params, const CovariancePoint &p,
                          const CovariancePoint &q);
 
-/// Noise variance of a point: `own` is proportional to the noise parameter of its kind, `prior` is
-/// how many times k(x*, x*) comes on top where the point has faded (params.h).
-struct PointNoise {
-    double own, prior;
-};
-PointNoise noise_of(const LearntParams &params, const NeighbourPoint &point);
-
 /// Weights of a scalar on every covariance: d value = sum over i > j of w(i, j) dk(i, j) + sum over
 /// i of w(i, i) d(k(i, i) + noise). Only the lower triangle counts; the last index is the query.
 using Adjoint = Eigen::MatrixXd;
@@ -84,7 +79,6 @@ public:
     const Eigen::LLT<Eigen::MatrixXd> &factor() const { return factor_; }
     const Eigen::VectorXd &labels() const { return y_; }
     const Eigen::VectorXd &weights() const { return a_; } ///< (K + N)^-1 y
-    /// Noise variances as long as no point fades.
     const Eigen::VectorXd &noises() const { return noise_; }
 
 private:
@@ -93,8 +87,15 @@ private:
     std::vector<CovariancePoint> points_;
     Eigen::MatrixXd k_, by_shape0_, by_shape1_, by_anisotropy_, system_;
     Eigen::LLT<Eigen::MatrixXd> factor_;
-    Eigen::VectorXd y_, a_, b_, k_star_;
-    Eigen::VectorXd noise_, prior_noise_; ///< PointNoise
+    /// Noise variances, and their derivatives by the logarithms of what they are made of.
+    struct NoiseTerms {
+        double by_sf2, by_sn2, by_sn2_free, by_sn2_once;
+    };
+    static NoiseTerms whole_noise(const LearntParams &params, const NeighbourPoint &point);
+    static NoiseTerms noise_terms(const LearntParams &params, const NeighbourPoint &point);
+
+    Eigen::VectorXd y_, a_, b_, k_star_, noise_;
+    std::vector<NoiseTerms> noise_terms_;
 };
 
 /// Between f at the query and what its neighbours tell of f: 1 - d^2 / fade_m^2, d being the

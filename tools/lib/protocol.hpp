@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace gpom_tools
@@ -40,11 +41,22 @@ private:
     std::mt19937_64 bits_;
 };
 
+/// Put n of the items, chosen at random without repetition, at the front; n <= their count.
+template <class Item>
+void choose_first(std::vector<Item> &items, std::size_t n, ProtocolRandom &random)
+{
+    for (std::size_t i = 0; i < n; ++i) {
+        std::swap(items[i], items[i + random.below(items.size() - i)]);
+    }
+}
+
 struct TestPoint {
     gpom_point_t at;
     bool occupied;
-    bool in_band = false; ///< Of a log: within kBand of the return of its beam.
+    bool in_band = false; ///< Within kBand of its beam's return, or of a street's true surface.
 };
+
+std::vector<gpom_point_t> places_of(const std::vector<TestPoint> &points);
 
 /// Where on a beam with a return a free point lies [m], `share` of the way from 0 to 1: of all that
 /// lies kShortOfReturn or more before the return, or of what is in the band alone.
