@@ -175,11 +175,8 @@ const char *problem_of_sigmoid(const gpom_params_t &p)
     }
     const float p0 = gpom_params_prior_probability(&p);
     if (!(p0 > p.p_free && p0 < p.p_occupied)) {
-        return p.beta_far == 0.0f
-                   ? "beta: the prior probability Phi(beta / sqrt(1 + alpha^2 k(x, x))) must lie "
-                     "between p_free and p_occupied"
-                   : "beta_far: the prior probability Phi((beta + beta_far) / sqrt(1 + alpha^2 "
-                     "k(x, x))) must lie between p_free and p_occupied";
+        return "beta: the prior probability Phi((beta + beta_far) / sqrt(1 + alpha^2 k(x, x))) "
+               "must lie between p_free and p_occupied";
     }
     return nullptr;
 }

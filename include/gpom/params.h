@@ -101,8 +101,8 @@ typedef struct {
 } gpom_params_t;
 
 /** Fill with a general setting: Matern-1/2, 8 + 8 neighbours, learnt from three logs together, two
- *  indoors and one outdoors, for maps that keep one beam in 25. Those learnt for a place and its map
- *  are better. */
+ *  indoors and one outdoors, for maps that keep one beam in 25. Those learnt for a place and its
+ *  map are better. */
 GPOM_API void gpom_params_init(gpom_params_t *params);
 
 /** Check every field, and that the prior probability lies between p_free and p_occupied, so that

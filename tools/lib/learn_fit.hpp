@@ -34,8 +34,8 @@ struct FitOptions {
 };
 
 /// Coordinates of the optimiser: logarithms of ell or s0, s1, sf2, sn2 / sf2, sn2_free / sf2,
-/// sn2_once / sn2, alpha; the argument of the prior probability's Phi in place of beta, so that its bounds are a
-/// box; and the rest as it is. Only those that may change count.
+/// sn2_once / sn2, alpha; the argument of the prior probability's Phi in place of beta, so that its
+/// bounds are a box; and the rest as it is. Only those that may change count.
 class FitSpace {
 public:
     FitSpace(gpom_kernel_t kernel, const FitOptions &options);
