@@ -101,16 +101,23 @@ struct GatherTo {
     size_t first, n;
 };
 
+/// What the beams of the chosen hits say, summed: facing(), and their directions.
+struct BeamSums {
+    F facing, dir_x, dir_y;
+};
+
 /// Bring the chosen neighbours into the neighbourhood: each lane's own beams as points relative to
-/// its query, with their noise; one that was not found is absent. Returns the sum of facing().
+/// its query, with their noise; one that was not found is absent. Returns the beams' sums, zero
+/// where no parameter asks for them.
 template <class Part>
-F gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
-         const GatherTo &to)
+BeamSums gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
+                const GatherTo &to)
 {
     const Offset<F> at = work.packet->at;
     const Neighbourhood<F> points = work.points;
-    const bool has_vote = map.config.params.vote != 0.0f;
-    F facing_sum = lane::splat<F>(0.0f);
+    const gpom_params_t &params = map.config.params;
+    const bool has_sums = params.vote != 0.0f || params.line != 0.0f;
+    BeamSums sums = {lane::splat<F>(0.0f), lane::splat<F>(0.0f), lane::splat<F>(0.0f)};
     uint32_t n_beams = 0; // of the rank before
     for (size_t j = 0; j < to.n; ++j) {
         const I slots = nearest.best[j].slot;
@@ -119,11 +126,13 @@ F gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const
         points.x_m[to.first + j] = own.point.x_m;
         points.y_m[to.first + j] = own.point.y_m;
         points.noise[to.first + j] = own.noise;
-        if (has_vote) {
-            facing_sum = facing_sum + facing(own.point.x_m, own.point.y_m, own.dir_x, own.dir_y);
+        if (has_sums) {
+            sums.facing = sums.facing + facing(own.point.x_m, own.point.y_m, own.dir_x, own.dir_y);
+            sums.dir_x = sums.dir_x + own.dir_x;
+            sums.dir_y = sums.dir_y + own.dir_y;
         }
     }
-    return facing_sum;
+    return sums;
 }
 
 /// How many of the first n entries of each lane were found.
@@ -150,16 +159,23 @@ inline bool has_ties(const NearestK<F> &nearest)
 }
 
 /// What is added to alpha mu in eq. 7: beta, and what context says (params.h).
-inline F context_offset(const gpom_params_t &params, const Workspace &work, F facing_sum)
+inline F context_offset(const gpom_params_t &params, const Workspace &work, const BeamSums &sums,
+                        const HitAxis<F> &axis)
 {
     F offset = lane::splat<F>(params.beta);
     if (has_log_terms(params)) {
         offset = offset + log_terms(params, work.points);
     }
-    if (params.vote != 0.0f) {
+    if (params.vote != 0.0f || params.line != 0.0f) {
         const F n_found = count_found(work.hits, work.points.n_hits);
-        const F mean = facing_sum / lane::max(n_found, lane::splat<F>(1.0f));
-        offset = offset + params.vote * mean * nearness(work.points);
+        const F n = lane::max(n_found, lane::splat<F>(1.0f));
+        const F mean = sums.facing / n;
+        const F near = nearness(work.points);
+        offset = offset + params.vote * mean * near;
+        if (params.line != 0.0f) {
+            offset = offset +
+                     params.line * near * behind_line(axis, F(sums.dir_x / n), F(sums.dir_y / n));
+        }
     }
     return offset;
 }
@@ -244,11 +260,15 @@ inline F find_neighbours(const gpom_map &map, Workspace &work)
         cap_scans(map, work.free, params.n_free);
     }
     const Neighbourhood<F> &p = work.points;
-    const F facing_sum = gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits});
+    const BeamSums sums = gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits});
     gather(map, work, work.free, map.index.free_part, {p.n_hits, p.n_free});
-    const F offset = context_offset(params, work, facing_sum);
+    HitAxis<F> axis = {};
+    if (params.anisotropy > 0.0f || params.line != 0.0f) {
+        axis = axis_of_hits(p);
+    }
+    const F offset = context_offset(params, work, sums, axis);
     if (params.anisotropy > 0.0f) {
-        shrink_along_hits(p, params.anisotropy);
+        shrink_along_hits(p, axis, params.anisotropy);
     }
     if (has_ties(work.hits)) {
         merge_equal(p.x_m, p.y_m, p.noise, p.n_hits);

@@ -13,17 +13,17 @@ void gpom_params_init(gpom_params_t *params)
     params->struct_bytes = sizeof(gpom_params_t);
     params->kernel = GPOM_KERNEL_MATERN12;
     params->frame = GPOM_FRAME_QUERY;
-    params->sf2 = 1.0f;
+    params->sf2 = 13.0f;
     params->s0 = 60.0f;
     params->s1 = 1.0f;
-    params->ell_m = 8.0f;
-    params->sn2 = 0.2f;
-    params->sn2_free = 0.2f;
-    params->alpha = 10.0f;
-    params->beta = 4.0f;
-    params->gap_m = 0.1f;
-    params->p_occupied = 0.8f;
-    params->p_free = 0.2f;
+    params->ell_m = 11.0f;
+    params->sn2 = 0.02f;
+    params->sn2_free = 0.31f;
+    params->alpha = 3.2f;
+    params->beta = 0.035f;
+    params->gap_m = 0.05f;
+    params->p_occupied = 0.7f;
+    params->p_free = 0.3f;
     params->n_hits = 8;
     params->n_free = 8;
 }
@@ -129,6 +129,9 @@ const char *problem_of_context(const gpom_params_t &p)
     }
     if (!is_within(p.vote, -kMost, kMost)) {
         return "vote: must be from -1e6 to 1e6";
+    }
+    if (!is_within(p.line, -kMost, kMost)) {
+        return "line: must be from -1e6 to 1e6";
     }
     return nullptr;
 }

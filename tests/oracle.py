@@ -45,6 +45,7 @@ class Params:
     scan_points_max: int = 0   # of each kind at most so many points of one scan; 0: no cap
     anisotropy: float = 0.0    # 0: none .. 1: the hits' scatter becomes round
     vote: float = 0.0          # weight of the vote of the hits' beam directions in eq. 7
+    line: float = 0.0          # weight in eq. 7 of the side of the hits' line that the query is on
     log_hit_first: float = 0.0  # weights in eq. 7 of the logarithms of the distances to the first
     log_hit_last: float = 0.0   # and the last chosen hit
     log_free_first: float = 0.0
@@ -282,19 +283,21 @@ def shrink(x, axis, factor):
     return x - ((1.0 - factor)[:, None] * along)[:, :, None] * axis[:, None]
 
 
-def hits_axis(params, hits):
-    """Main axis (q, 2) of the chosen hits' scatter, near ones counting most; its factor (q,)."""
+def hits_axis(hits):
+    """Mean (q, 2) and main axis (q, 2) of the chosen hits' scatter, near ones counting most, and
+    the scatter's width as a share of its length (q,), 1 without an axis."""
     x = hits.point
     weight = np.where(hits.present, 1.0 / (0.01 + np.sum(x**2, axis=-1)), 0.0)
     total = weight.sum(axis=1)
     weight = weight / np.where(total > 0.0, total, 1.0)[:, None]
-    centred = x - np.sum(weight[:, :, None] * x, axis=1, keepdims=True)
+    mean = np.sum(weight[:, :, None] * x, axis=1)
+    centred = x - mean[:, None]
     scatter = np.einsum("qk,qki,qkj->qij", weight, centred, centred)
     lam, vector = np.linalg.eigh(scatter)  # eigenvalues ascend
     lam2, lam1 = np.maximum(lam[:, 0], 0.0), lam[:, 1]
     shaped = (lam1 > 1e-12) & (hits.present.sum(axis=1) >= 2)
     ratio = np.sqrt(np.divide(lam2, lam1, out=np.ones_like(lam1), where=shaped))
-    return vector[:, :, 1], 1.0 - params.anisotropy * (1.0 - ratio)
+    return mean, vector[:, :, 1], ratio
 
 
 # ---- Gaussian process ---------------------------------------------------------------------------
@@ -347,6 +350,22 @@ def direction_vote(beams, hits):
     return cosine.sum(axis=1) / n_hits * fade
 
 
+def line_vote(beams, hits):
+    """-1 .. 1: is the query behind the line through the chosen hits (1), or before it?
+
+    The line's normal looks along the hits' beams; their mean direction, the narrowness of the hits
+    and the distance from the line, against 5 cm, say how much it counts. Fades as the vote does.
+    """
+    mean, axis, ratio = hits_axis(hits)
+    normal = np.stack([-axis[:, 1], axis[:, 0]], axis=1)
+    n_hits = np.maximum(hits.present.sum(axis=1), 1)
+    directions = np.where(hits.present[:, :, None], beams.direction[hits.index], 0.0)
+    facing = np.sum(normal * (directions.sum(axis=1) / n_hits[:, None]), axis=1)
+    behind_m = -np.sum(normal * mean, axis=1)
+    fade = np.maximum(0.0, 1.0 - chosen_distance(hits, 0) / FAR_M)
+    return fade * (1.0 - ratio) * facing * behind_m / np.hypot(behind_m, 0.05)
+
+
 def chosen_distance(neighbours, i):
     """Distance (q,) to the i-th chosen point, 30 m if there is none or it is farther."""
     if not 0 <= i < neighbours.present.shape[1]:
@@ -361,7 +380,7 @@ def log_distance(d_m):
 
 def evidence_of(params, beams, hits, free):
     """The additions to the numerator of eq. 7, from distances before any shrinking."""
-    return (params.vote * direction_vote(beams, hits)
+    return (params.vote * direction_vote(beams, hits) + params.line * line_vote(beams, hits)
             + params.log_hit_first * log_distance(chosen_distance(hits, 0))
             + params.log_hit_last * log_distance(chosen_distance(hits, params.hits - 1))
             + params.log_free_first * log_distance(chosen_distance(free, 0))
@@ -428,7 +447,8 @@ def query_block(params, beams, query, origin):
     free = nearest_free(beams, query, params.free, cap)
     x = np.concatenate([hits.point, free.point], axis=1)
     if params.anisotropy > 0.0:
-        x = shrink(x, *hits_axis(params, hits))
+        _, axis, ratio = hits_axis(hits)
+        x = shrink(x, axis, 1.0 - params.anisotropy * (1.0 - ratio))
     labels = np.concatenate([np.ones(hits.index.shape), -np.ones(free.index.shape)], axis=1)
     noises = np.concatenate([point_noises(params, beams, hits, params.sn2),
                              point_noises(params, beams, free, params.sn2_free)], axis=1)

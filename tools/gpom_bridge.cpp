@@ -1,6 +1,6 @@
 // gpom-bridge: connects a device behind a serial line (ports/uart/) with LCM.
 #include "ports/codec/codec.h"
-#include "ports/linux/bus.hpp"
+#include "ports/linux/sender.hpp"
 #include "ports/linux/subscriber.hpp"
 #include "ports/uart/frame.h"
 #include "tools/lib/command_line.hpp"
@@ -128,8 +128,8 @@ private:
 /// The device's frames onto the bus.
 class FromDevice {
 public:
-    FromDevice(SerialLine &line, gpomd::Bus &bus)
-        : line_(line), bus_(bus), body_(UINT16_MAX + GPOM_UART_BODY_BYTES),
+    FromDevice(SerialLine &line, gpomd::Sender &sender)
+        : line_(line), sender_(sender), body_(UINT16_MAX + GPOM_UART_BODY_BYTES),
           slot_(GPOM_WIRE_RECEIVER_BYTES(1, kMessageBytesMax, kFragmentsMax) / 8 + 1)
     {
         gpom_uart_frame_reader_init(&reader_, body_.data(),
@@ -171,13 +171,13 @@ private:
         const gpom_wire_arrival_t arrival = {frame.datagram, frame.n_bytes, 0, now_us};
         gpom_wire_message_t message;
         if (gpom_wire_receive(&receiver_, &arrival, &message) &&
-            bus_.send(message.channel, message.payload, message.payload_bytes)) {
+            sender_.send(message.channel, message.payload, message.payload_bytes)) {
             ++n_published_;
         }
     }
 
     SerialLine &line_;
-    gpomd::Bus &bus_;
+    gpomd::Sender &sender_;
     std::vector<std::uint8_t> body_;
     std::vector<std::uint64_t> slot_;
     mutable std::mutex mutex_; ///< Of reader_.
@@ -189,15 +189,17 @@ private:
 void report(const ToDevice &to, const FromDevice &from, const gpomd::Counts &counts)
 {
     const gpom_uart_frame_stats_t frames = from.frames();
-    std::printf("gpom-bridge: %ld messages to the device, %ld given up, %lld datagrams lost; %ld "
-                "from it, frames %llu short, %llu long, %llu corrupt, %llu repeated, %llu lost\n",
-                to.n_sent(), to.n_dropped(),
-                static_cast<long long>(counts[GPOM_WIRE_DATAGRAMS_LOST]), from.n_published(),
-                static_cast<unsigned long long>(frames.frames_short),
-                static_cast<unsigned long long>(frames.frames_long),
-                static_cast<unsigned long long>(frames.frames_corrupt),
-                static_cast<unsigned long long>(frames.frames_repeated),
-                static_cast<unsigned long long>(frames.frames_lost));
+    std::printf(
+        "gpom-bridge: %ld messages to the device, %ld given up, %lld datagrams lost; %ld "
+        "from it, frames %llu short, %llu long, %llu corrupt, %llu repeated, %llu lost; %lld "
+        "not sent on\n",
+        to.n_sent(), to.n_dropped(), static_cast<long long>(counts[GPOM_WIRE_DATAGRAMS_LOST]),
+        from.n_published(), static_cast<unsigned long long>(frames.frames_short),
+        static_cast<unsigned long long>(frames.frames_long),
+        static_cast<unsigned long long>(frames.frames_corrupt),
+        static_cast<unsigned long long>(frames.frames_repeated),
+        static_cast<unsigned long long>(frames.frames_lost),
+        static_cast<long long>(counts[GPOM_WIRE_MESSAGES_NOT_SENT]));
     std::fflush(stdout);
 }
 
@@ -205,12 +207,12 @@ void report(const ToDevice &to, const FromDevice &from, const gpomd::Counts &cou
 void run(const Options &options)
 {
     SerialLine line(options.line, options.baud);
-    gpomd::Bus bus;
-    if (const char *const problem = bus.open(options.url.c_str())) {
+    gpomd::Counts counts;
+    gpomd::Sender sender(&counts);
+    if (const char *const problem = sender.open(options.url.c_str())) {
         throw std::runtime_error(problem);
     }
     gpomd::Memory memory;
-    gpomd::Counts counts;
     gpomd::Subscriber subscriber;
     if (!memory.reserve(gpomd::Subscriber::need(kRangesMax))) {
         throw std::runtime_error("no memory for the receiver");
@@ -220,7 +222,7 @@ void run(const Options &options)
         throw std::runtime_error(problem);
     }
     ToDevice to(line);
-    FromDevice from(line, bus);
+    FromDevice from(line, sender);
     for (const std::string &channel : options.to_device) {
         subscriber.subscribe(channel.c_str(), ToDevice::receive, &to);
     }

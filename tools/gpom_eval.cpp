@@ -7,6 +7,7 @@
 #include "tools/lib/neighbour_check.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/raster_csv.hpp"
+#include "tools/lib/scan_options.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -144,7 +145,7 @@ nlohmann::ordered_json eval_json(const EvalOptions &options, const Trial &trial,
     } else {
         json["split"] = options.split;
         json["fraction"] = options.fraction;
-        json["range_max_m"] = options.range_max_m;
+        json["range_max_m"] = options.reading.range_max_m;
         json["beam_width_deg"] = options.beam_width_deg;
         json["after_m"] = options.after_m;
     }
@@ -324,31 +325,15 @@ void evaluate(const EvalOptions &options, const Trial &trial)
     print_summary(options, trial, outcome);
 }
 
-/// CLI::Range lets NaN pass.
-CLI::Validator between(double low, double high)
-{
-    return CLI::Validator(
-        [low, high](std::string &text) {
-            double value = 0.0;
-            const bool is_number = CLI::detail::lexical_cast(text, value);
-            if (is_number && value >= low && value <= high) {
-                return std::string();
-            }
-            std::string problem;
-            append_text(problem, "%s is not a number from %g to %g", text.c_str(), low, high);
-            return problem;
-        },
-        "");
-}
-
 void declare_common(CLI::App &mode, EvalOptions &options)
 {
-    mode.add_option("--scans", options.scans_path, "Scans: CSV or CARMEN log, plain or gzipped")
+    mode.add_option("--scans", options.scans_path, "Scans: CSV or CARMEN log, plain, gzip or bzip2")
         ->required()
         ->type_name("FILE");
     mode.add_option("--params", options.params_path, "Parameters of the map, TOML")
         ->required()
         ->type_name("FILE");
+    add_scan_options(mode, options.reading);
     mode.add_option("--map-frame-params", options.map_frame_path,
                     "Parameters as in the paper: kernel nn, map frame\n"
                     "[NAME_paper.toml beside NAME.toml, if it is there]")
@@ -403,7 +388,7 @@ void declare_log(CLI::App &app, EvalOptions &options)
     CLI::App *mode =
         app.add_subcommand("log", "Judge by the beams of a log that the map did not get");
     declare_common(*mode, options);
-    mode->add_option("--range-max", options.range_max_m,
+    mode->add_option("--range-max", options.reading.range_max_m,
                      "Usable range [m]; longer readings are no returns")
         ->check(between(0.1, 1000.0))
         ->capture_default_str();

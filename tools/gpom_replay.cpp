@@ -1,19 +1,15 @@
 // gpom-replay: scans of a file, or the events of an LCM log, onto the bus.
 #include "ports/codec/codec.h"
-#include "ports/linux/bus.hpp"
+#include "ports/linux/sender.hpp"
 #include "tools/lib/command_line.hpp"
-#include "tools/lib/scan_log.hpp"
-
-#include <lcm/eventlog.h>
+#include "tools/lib/lcm_log.hpp"
+#include "tools/lib/scan_options.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -31,7 +27,7 @@ struct Options {
     std::string scan_channel, pose_channel;
     std::vector<std::string> log_channels;
     double rate = 1.0;
-    double range_max_m = 49.0;
+    ReadOptions reading;
     std::uint16_t sensor_id = 0;
     std::uint32_t n_rounds = 1;
     bool is_now = false;
@@ -41,8 +37,9 @@ struct Options {
 
 void declare_options(CLI::App &app, Options &options)
 {
+    options.reading.range_min_m = 0.0; // as recorded: who receives them decides
     app.add_option("in", options.in_path,
-                   "Scans (CSV or CARMEN log, plain or gzipped) or an LCM event log")
+                   "Scans (CSV or CARMEN log, plain, gzip or bzip2) or an LCM event log")
         ->required()
         ->type_name("FILE");
     app.add_option("--url", options.url, "LCM's network")->capture_default_str();
@@ -60,7 +57,7 @@ void declare_options(CLI::App &app, Options &options)
         app.add_option("--scan-channel", options.scan_channel, "Default GPOM_SCAN; others LIDAR"),
         app.add_option("--pose-channel", options.pose_channel, "Default POSE; mbot SLAM_POSE"),
         app.add_option("--sensor-id", options.sensor_id, "Of gpom.scan_t")->capture_default_str(),
-        app.add_option("--range-max", options.range_max_m,
+        app.add_option("--range-max", options.reading.range_max_m,
                        "Usable range of a CARMEN log's sensor [m]")
             ->capture_default_str(),
         app.add_flag("--extent", options.is_extent,
@@ -70,22 +67,26 @@ void declare_options(CLI::App &app, Options &options)
         app.add_option("--repeat", options.n_rounds, "Send the scans so many times, time going on")
             ->check(CLI::Range(1u, 1000000u))
             ->capture_default_str()};
+    for (CLI::Option *const option : add_scan_options(app, options.reading)) {
+        options.of_scans.push_back(option);
+    }
 }
 
-/// The bus; what cannot be sent throws.
-class Sender {
+/// The bus. A message waits until the network takes it; what cannot be sent throws.
+class Bus {
 public:
-    explicit Sender(const std::string &url)
+    explicit Bus(const std::string &url)
     {
-        if (const char *const problem = bus_.open(url.c_str()); problem != nullptr) {
+        if (const char *const problem = sender_.open(url.c_str()); problem != nullptr) {
             throw std::runtime_error(problem);
         }
     }
 
     void send(const std::string &channel, const void *bytes, std::size_t n_bytes)
     {
-        if (n_bytes == 0 ||
-            !bus_.send(channel.c_str(), static_cast<const std::uint8_t *>(bytes), n_bytes)) {
+        const gpomd::Patience endless = {[](void *) { return true; }, nullptr};
+        if (n_bytes == 0 || !sender_.send(channel.c_str(), static_cast<const std::uint8_t *>(bytes),
+                                          n_bytes, endless)) {
             throw std::runtime_error("could not send on " + channel);
         }
         ++n_sent_;
@@ -93,7 +94,7 @@ public:
     long n_sent() const { return n_sent_; }
 
 private:
-    gpomd::Bus bus_;
+    gpomd::Sender sender_;
     long n_sent_ = 0;
 };
 
@@ -124,7 +125,7 @@ private:
 /// Sends scans as messages of one family.
 class ScanSender {
 public:
-    ScanSender(const Options &options, Sender &sender) : options_(options), sender_(sender)
+    ScanSender(const Options &options, Bus &bus) : options_(options), bus_(bus)
     {
         const bool is_own = options.family == "gpom";
         scan_channel_ = options.scan_channel;
@@ -169,8 +170,8 @@ private:
         message.angle_min_rad = scan.angle_min_rad;
         message.angle_step_rad = scan.angle_step_rad;
         message.ranges_m = floats(ranges_m_);
-        sender_.send(scan_channel_, bytes_.data(),
-                     gpom_wire_scan_encode(&message, bytes_.data(), bytes_.size()));
+        bus_.send(scan_channel_, bytes_.data(),
+                  gpom_wire_scan_encode(&message, bytes_.data(), bytes_.size()));
     }
 
     void send_bot_core(const Scan &scan, std::int64_t stamp_us)
@@ -181,15 +182,15 @@ private:
         pose.position_m[1] = scan.y_m;
         pose.orientation[0] = std::cos(0.5 * scan.theta_rad);
         pose.orientation[3] = std::sin(0.5 * scan.theta_rad);
-        sender_.send(pose_channel_, bytes_.data(),
-                     gpom_wire_bot_pose_encode(&pose, bytes_.data(), bytes_.size()));
+        bus_.send(pose_channel_, bytes_.data(),
+                  gpom_wire_bot_pose_encode(&pose, bytes_.data(), bytes_.size()));
         gpom_wire_planar_lidar_t message = {};
         message.stamp_us = stamp_us;
         message.ranges_m = floats(ranges_m_);
         message.angle_min_rad = static_cast<float>(scan.angle_min_rad);
         message.angle_step_rad = static_cast<float>(scan.angle_step_rad);
-        sender_.send(scan_channel_, bytes_.data(),
-                     gpom_wire_planar_lidar_encode(&message, bytes_.data(), bytes_.size()));
+        bus_.send(scan_channel_, bytes_.data(),
+                  gpom_wire_planar_lidar_encode(&message, bytes_.data(), bytes_.size()));
     }
 
     /// All beams at the scan's time: the files know no other.
@@ -198,8 +199,8 @@ private:
         const gpom_wire_pose2d_t pose = {stamp_us, static_cast<float>(scan.x_m),
                                          static_cast<float>(scan.y_m),
                                          static_cast<float>(scan.theta_rad)};
-        sender_.send(pose_channel_, bytes_.data(),
-                     gpom_wire_pose2d_encode(&pose, bytes_.data(), bytes_.size()));
+        bus_.send(pose_channel_, bytes_.data(),
+                  gpom_wire_pose2d_encode(&pose, bytes_.data(), bytes_.size()));
         const std::size_t n = ranges_m_.size();
         std::vector<float> bearings_rad(n);
         std::vector<float> intensities(n);
@@ -215,12 +216,12 @@ private:
         message.stamps_us = {stamps_us.data(), static_cast<std::uint32_t>(n),
                              static_cast<std::uint32_t>(n)};
         message.intensities = floats(intensities);
-        sender_.send(scan_channel_, bytes_.data(),
-                     gpom_wire_lidar_encode(&message, bytes_.data(), bytes_.size()));
+        bus_.send(scan_channel_, bytes_.data(),
+                  gpom_wire_lidar_encode(&message, bytes_.data(), bytes_.size()));
     }
 
     const Options &options_;
-    Sender &sender_;
+    Bus &bus_;
     std::string scan_channel_, pose_channel_;
     std::vector<std::uint8_t> bytes_;
     std::vector<float> ranges_m_;
@@ -229,9 +230,7 @@ private:
 
 std::vector<Scan> scans_of(const Options &options)
 {
-    ReadOptions read_options;
-    read_options.range_max_m = options.range_max_m;
-    return read_scans(options.in_path, read_options);
+    return read_scans(options.in_path, options.reading);
 }
 
 void print_extent(const std::vector<Scan> &scans)
@@ -246,7 +245,7 @@ void print_extent(const std::vector<Scan> &scans)
 
 std::int64_t microseconds(double t_s) { return std::llround(1e6 * t_s); }
 
-void replay_scans(const Options &options, Sender &sender)
+void replay_scans(const Options &options, Bus &bus)
 {
     const std::vector<Scan> scans = scans_of(options);
     const double t0_s = scans.front().t_s;
@@ -256,7 +255,7 @@ void replay_scans(const Options &options, Sender &sender)
     const auto now_us = std::chrono::duration_cast<std::chrono::microseconds>(
                             std::chrono::system_clock::now().time_since_epoch())
                             .count();
-    ScanSender scan_sender(options, sender);
+    ScanSender scan_sender(options, bus);
     Pace pace(options.rate);
     for (std::uint32_t i = 0; i < options.n_rounds; ++i) {
         for (const Scan &scan : scans) {
@@ -269,47 +268,24 @@ void replay_scans(const Options &options, Sender &sender)
     }
 }
 
-/// An LCM event log begins with the word that begins each of its events.
-bool is_event_log(const std::string &path)
+void replay_log(const Options &options, Bus &bus)
 {
-    std::ifstream file(path, std::ios::binary);
-    unsigned char head[4] = {};
-    file.read(reinterpret_cast<char *>(head), sizeof head);
-    return file && head[0] == 0xed && head[1] == 0xa1 && head[2] == 0xda && head[3] == 0x01;
-}
-
-/// Bytes of an event in a log but for its channel and its data.
-constexpr std::uint64_t kEventHeadBytes = 28;
-
-void replay_log(const Options &options, Sender &sender)
-{
-    const std::unique_ptr<lcm_eventlog_t, void (*)(lcm_eventlog_t *)> log(
-        lcm_eventlog_create(options.in_path.c_str(), "r"), lcm_eventlog_destroy);
-    if (log == nullptr) {
-        throw FileError(options.in_path, 0, "liblcm cannot read this log");
-    }
+    LcmLog log(options.in_path);
     const std::vector<std::string> &wanted = options.log_channels;
     Pace pace(options.rate);
-    std::uint64_t n_bytes = 0; // of whole events
-    while (lcm_eventlog_event_t *const event = lcm_eventlog_read_next_event(log.get())) {
-        const std::unique_ptr<lcm_eventlog_event_t, void (*)(lcm_eventlog_event_t *)> owner(
-            event, lcm_eventlog_free_event);
-        const std::string channel(event->channel);
-        n_bytes += kEventHeadBytes + static_cast<std::uint64_t>(event->channellen) +
-                   static_cast<std::uint64_t>(event->datalen);
-        if (event->datalen > 0 &&
-            (wanted.empty() || std::find(wanted.begin(), wanted.end(), channel) != wanted.end())) {
-            pace.wait_for(1e-6 * static_cast<double>(event->timestamp));
-            sender.send(channel, event->data, static_cast<std::size_t>(event->datalen));
+    for (LcmEvent event; log.next(event);) {
+        if (!event.bytes.empty() && (wanted.empty() || std::find(wanted.begin(), wanted.end(),
+                                                                 event.channel) != wanted.end())) {
+            pace.wait_for(1e-6 * static_cast<double>(event.stamp_us));
+            bus.send(event.channel, event.bytes.data(), event.bytes.size());
         }
     }
-    const std::string sent = std::to_string(sender.n_sent()) + " messages sent";
-    if (n_bytes != std::filesystem::file_size(options.in_path)) { // liblcm takes this for the end
+    if (log.is_cut()) {
         throw FileError(options.in_path, 0,
-                        "cut or damaged after its first " + std::to_string(n_bytes) + " bytes; " +
-                            sent);
+                        "cut or damaged after its first " + std::to_string(log.n_bytes()) +
+                            " bytes; " + std::to_string(bus.n_sent()) + " messages sent");
     }
-    if (sender.n_sent() == 0) {
+    if (bus.n_sent() == 0) {
         throw FileError(options.in_path, 0,
                         "has no event to send on these channels; give others with --channel");
     }
@@ -317,7 +293,7 @@ void replay_log(const Options &options, Sender &sender)
 
 void replay(const Options &options)
 {
-    const bool is_log = is_event_log(options.in_path);
+    const bool is_log = is_lcm_log(options.in_path);
     if (!is_log && !options.log_channels.empty()) {
         throw std::runtime_error("--channel: only for an LCM event log");
     }
@@ -330,13 +306,13 @@ void replay(const Options &options)
         print_extent(scans_of(options));
         return;
     }
-    Sender sender(options.url);
+    Bus bus(options.url);
     if (is_log) {
-        replay_log(options, sender);
+        replay_log(options, bus);
     } else {
-        replay_scans(options, sender);
+        replay_scans(options, bus);
     }
-    std::printf("gpom-replay: %ld messages sent\n", sender.n_sent());
+    std::printf("gpom-replay: %ld messages sent\n", bus.n_sent());
 }
 
 } // namespace

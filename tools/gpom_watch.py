@@ -22,6 +22,7 @@ import numpy as np
 from gpom_plot import (InputError, OneLineParser, colour_bar, plt, read_raster, save, show,
                        show_probability)
 from matplotlib.colors import BoundaryNorm, ListedColormap
+from status_words import COUNTS, N_COUNTS, PROBLEMS, PROBLEMS_PLACE
 
 URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152"
 EXIT_DIFFERS, EXIT_USAGE = 1, 2
@@ -30,28 +31,6 @@ MAP_HEAD = struct.Struct(">QqIhhbi3d2dff6hi")
 STATUS_HEAD = struct.Struct(">QqIbiii4q4f3i2q")
 CLASSES = ("free", "unsure", "occupied", "unknown")
 STATES = ("starting", "mapping", "stale", "stopping")
-COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "scans_out_of_reach",
-          4: "scans_other_type", 5: "scans_corrupt", 6: "scans_malformed", 7: "scans_lost",
-          8: "scans_repeated", 9: "scans_reordered", 10: "scans_too_old", 11: "scans_too_new",
-          12: "scans_jumped_back", 13: "scans_no_pose", 14: "scans_overrun", 15: "time_gaps",
-          16: "poses_received", 17: "poses_refused", 18: "frame_jumps", 19: "scans_at_jump",
-          20: "poses_at_jump", 24: "beams_hit", 25: "beams_no_return",
-          26: "beams_nan", 27: "beams_not_positive", 28: "beams_too_near", 29: "beams_masked",
-          30: "beams_full", 40: "maps_published", 41: "tiles_published", 42: "queries_answered",
-          43: "queries_refused", 44: "snapshots_written", 45: "snapshots_failed",
-          48: "can_received", 49: "can_bad_length", 50: "can_bad_crc", 51: "can_bad_counter",
-          52: "can_bad_value", 53: "can_lost", 54: "can_reordered", 55: "can_errors",
-          56: "can_bus_offs", 57: "can_overflows", 58: "can_downs", 59: "can_sent",
-          60: "can_not_sent", 61: "odometry_gaps",
-          64: "frames_received", 65: "frames_short", 66: "frames_long", 67: "frames_corrupt",
-          68: "frames_repeated", 69: "frames_lost", 70: "datagrams_refused",
-          71: "messages_incomplete", 72: "messages_other", 73: "line_overruns",
-          74: "watchdog_resets",
-          75: "datagrams_lost", 76: "datagrams_other", 77: "datagrams_malformed",
-          78: "fragments_overlong", 79: "fragments_inconsistent", 80: "fragments_repeated",
-          81: "fragments_late", 82: "messages_timed_out", 83: "messages_evicted",
-          84: "messages_not_sent"}
-N_COUNTS = 88  # some without a name yet
 PROBABILITY_UNKNOWN, CLASS_UNKNOWN = 255, 3
 
 
@@ -101,7 +80,9 @@ def read_status(data):
             "scan_lag_max_s": lag_max_us / 1e6, "scan_hz": scan_hz, "pose_hz": pose_hz,
             "map_hz": map_hz, "query_hz": query_hz, "n_beams": n_beams, "beam_max": beam_max,
             "n_cells_dirty": n_dirty, "map_bytes": map_bytes, "process_bytes": process_bytes,
-            "counts": {name: counts[place] for place, name in COUNTS.items()}}
+            "counts": {name: counts[place] for place, name in COUNTS.items()},
+            "problems": [f"{name}: {text}" for bit, (name, text) in enumerate(PROBLEMS)
+                         if counts[PROBLEMS_PLACE] >> bit & 1]}
 
 
 # ---- the map, as lcmtypes/README.md says ---------------------------------------------------------
@@ -325,13 +306,15 @@ def watch_live(watch, seconds):
             print("gpom-watch: nothing on GPOM_MAP yet; " + (
                 "is gpomd running?" if counts is None else
                 f"gpomd received {counts['scans_received']} scans and {counts['poses_received']} "
-                "poses; see --status"), flush=True)
+                "poses; see --status"), *(watch.status["problems"] if watch.status else []),
+                  sep="\n", flush=True)
             continue
         summary = watch.map.summary()
         home = "\033[H\033[J" if sys.stdout.isatty() else ""
         print(home + "\n".join(terminal_lines(watch.map)))
         print(f"age {summary['age_s']:.2f} s, {summary['losses']} losses, "
-              f"{'whole' if summary['is_whole'] else 'waiting for a keyframe'}", flush=True)
+              f"{'whole' if summary['is_whole'] else 'waiting for a keyframe'}",
+              *(watch.status["problems"] if watch.status else []), sep="\n", flush=True)
 
 
 def run(arguments):

@@ -26,7 +26,8 @@ COLUMNS_MAX = 100
 # that is what runs at start, or writes the log; the rest of it has no heap.
 HOST_SIDE = {"ports/cortex_m/icount_plugin.c", "ports/template/host_test.c",
              "ports/linux/can_config.cpp",
-             "ports/linux/config.cpp", "ports/linux/gpomd.cpp"}
+             "ports/linux/config.cpp", "ports/linux/gpomd.cpp",
+             "ports/linux/words.cpp", "ports/linux/words.hpp"}
 
 PUBLIC_SYSTEM_HEADERS = {"stddef.h", "stdint.h", "stdbool.h", "limits.h", "float.h"}
 CORE_SYSTEM_HEADERS = PUBLIC_SYSTEM_HEADERS | {

@@ -41,13 +41,13 @@ typedef struct {
     uint32_t struct_bytes; /**< Set by gpom_params_init(); guards against a header mismatch. */
     int32_t kernel;        /**< gpom_kernel_t. Default GPOM_KERNEL_MATERN12. */
     int32_t frame;         /**< gpom_frame_t. Default GPOM_FRAME_QUERY. */
-    float sf2;             /**< Signal variance [1]; 1e-6 .. 1e6. Default 1. */
+    float sf2;             /**< Signal variance [1]; 1e-6 .. 1e6. Default 13. */
     float s0;              /**< NN only: variance of the bias weight [1]; 1e-6 .. 1e6. */
     float s1;              /**< NN only: variance of the position weights [1/m2]; likewise. */
     float ell_m;           /**< All but NN: length scale [m]; 1e-6 .. 1e6. */
     float sn2;        /**< Noise variance of hits [1]; at most 1e6, at least 1e-3 sf2 for NN and
                                 SE, else 1e-6 sf2 (float32 conditioning). */
-    float sn2_free;   /**< Noise variance of free points [1]; likewise. Default sn2. */
+    float sn2_free;   /**< Noise variance of free points [1]; likewise. */
     float alpha;      /**< Slope of the sigmoid, eq. 7 [1]; 1e-6 .. 1e6. */
     float beta;       /**< Offset of the sigmoid, eq. 7 [1]; -1e6 .. 1e6. */
     float gap_m;      /**< Free segments end this far before their hit [m]; 0 .. 1e6. */
@@ -80,9 +80,16 @@ typedef struct {
                                    scans of one time alone saw [1], until a scan of another time
                                    returns from within keep_m, and again once scans that saw through
                                    the hit took its last count. sn2 .. 1e6, 0: as sn2. */
+    float line;               /**< Weight, inside eq. 7, of how far the query is behind the line
+                                   through the chosen hits: (1 - sqrt(l2 / l1)) (n . b) t /
+                                   sqrt(t^2 + (5 cm)^2), n being the line's normal, b the mean
+                                   direction of the hits' beams and t the distance [m] from the line
+                                   along n; fades to 0 at 30 m from the nearest hit. -1e6 .. 1e6. */
 } gpom_params_t;
 
-/** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt ones are better. */
+/** Fill with a general setting: Matern-1/2, 8 + 8 neighbours, learnt from three logs together, two
+ *  indoors and one outdoors, for maps that keep one beam in 25. Those learnt for a place and its map
+ *  are better. */
 GPOM_API void gpom_params_init(gpom_params_t *params);
 
 /** Check every field, and that the prior probability lies between p_free and p_occupied, so that

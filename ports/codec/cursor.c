@@ -56,10 +56,13 @@ static void number(gpom_cursor_t *c, uint32_t *value, size_t n_bytes)
     c->at += n_bytes;
 }
 
+/* What a field holds, to be written; 0 where it is read, since it may hold nothing yet. */
+#define VALUE_OF(c, value) ((c)->to != NULL ? *(value) : 0u)
+
 static void number_64(gpom_cursor_t *c, uint64_t *value)
 {
-    uint32_t high = (uint32_t)(*value >> 32);
-    uint32_t low = (uint32_t)*value;
+    uint32_t high = (uint32_t)(VALUE_OF(c, value) >> 32);
+    uint32_t low = (uint32_t)VALUE_OF(c, value);
     if (!gpom_cursor_has(c, 1, 8)) { /* all or nothing */
         *value = 0;
         return;
@@ -107,14 +110,14 @@ size_t gpom_cursor_bytes(gpom_cursor_t *c)
 
 void gpom_cursor_u8(gpom_cursor_t *c, uint8_t *value)
 {
-    uint32_t wide = *value;
+    uint32_t wide = VALUE_OF(c, value);
     number(c, &wide, 1);
     *value = (uint8_t)wide;
 }
 
 void gpom_cursor_u16(gpom_cursor_t *c, uint16_t *value)
 {
-    uint32_t wide = *value;
+    uint32_t wide = VALUE_OF(c, value);
     number(c, &wide, 2);
     *value = (uint16_t)wide;
 }
@@ -123,32 +126,40 @@ void gpom_cursor_u32(gpom_cursor_t *c, uint32_t *value) { number(c, value, 4); }
 
 void gpom_cursor_i32(gpom_cursor_t *c, int32_t *value)
 {
-    uint32_t bits;
-    memcpy(&bits, value, sizeof bits);
+    uint32_t bits = 0;
+    if (c->to != NULL) {
+        memcpy(&bits, value, sizeof bits);
+    }
     number(c, &bits, 4);
     memcpy(value, &bits, sizeof bits);
 }
 
 void gpom_cursor_i64(gpom_cursor_t *c, int64_t *value)
 {
-    uint64_t bits;
-    memcpy(&bits, value, sizeof bits);
+    uint64_t bits = 0;
+    if (c->to != NULL) {
+        memcpy(&bits, value, sizeof bits);
+    }
     number_64(c, &bits);
     memcpy(value, &bits, sizeof bits);
 }
 
 void gpom_cursor_f32(gpom_cursor_t *c, float *value)
 {
-    uint32_t bits;
-    memcpy(&bits, value, sizeof bits);
+    uint32_t bits = 0;
+    if (c->to != NULL) {
+        memcpy(&bits, value, sizeof bits);
+    }
     number(c, &bits, 4);
     memcpy(value, &bits, sizeof bits);
 }
 
 void gpom_cursor_f64(gpom_cursor_t *c, double *value)
 {
-    uint64_t bits;
-    memcpy(&bits, value, sizeof bits);
+    uint64_t bits = 0;
+    if (c->to != NULL) {
+        memcpy(&bits, value, sizeof bits);
+    }
     number_64(c, &bits);
     memcpy(value, &bits, sizeof bits);
 }

@@ -49,7 +49,7 @@ static void answer_fields(gpom_cursor_t *c, gpom_wire_answer_t *m)
     gpom_cursor_u32(c, &m->sequence);
     gpom_cursor_i32(c, &m->frame_epoch);
     gpom_cursor_u8(c, &m->status);
-    gpom_cursor_require(c, m->status <= GPOM_WIRE_ANSWER_OUT_OF_REACH, GPOM_WIRE_VALUE);
+    gpom_cursor_require(c, m->status <= GPOM_WIRE_ANSWER_NO_CRC, GPOM_WIRE_VALUE);
     if (!points_count(c, &m->n_points, m->points != NULL, POINT_ANSWER_BYTES)) {
         m->n_points = 0;
         return;
@@ -64,3 +64,18 @@ static void answer_fields(gpom_cursor_t *c, gpom_wire_answer_t *m)
 
 GPOM_WIRE_DEFINE(query, {GPOM_WIRE_QUERY_FINGERPRINT, true})
 GPOM_WIRE_DEFINE(answer, {GPOM_WIRE_ANSWER_FINGERPRINT, true})
+
+gpom_wire_fault_t gpom_wire_query_decode_without_crc(gpom_wire_query_t *message,
+                                                     const uint8_t *bytes, size_t n_bytes)
+{
+    if (message == NULL || bytes == NULL) {
+        return GPOM_WIRE_ARG;
+    }
+    const gpom_wire_type_t type = {GPOM_WIRE_QUERY_FINGERPRINT, false};
+    gpom_cursor_t c = gpom_cursor_read(bytes, n_bytes, type);
+    uint32_t crc = 0;
+    query_fields(&c, message);
+    gpom_cursor_u32(&c, &crc);
+    gpom_cursor_require(&c, crc == 0, GPOM_WIRE_CRC);
+    return gpom_cursor_end(&c);
+}

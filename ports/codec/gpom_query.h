@@ -27,7 +27,8 @@ typedef enum {
     GPOM_WIRE_ANSWER_OK = 0,
     GPOM_WIRE_ANSWER_TOO_MANY = 1,
     GPOM_WIRE_ANSWER_BAD_STEP = 2,
-    GPOM_WIRE_ANSWER_OUT_OF_REACH = 3
+    GPOM_WIRE_ANSWER_OUT_OF_REACH = 3,
+    GPOM_WIRE_ANSWER_NO_CRC = 4
 } gpom_wire_answer_status_t;
 
 /** lcmtypes/gpom_query_t.lcm. */
@@ -60,6 +61,12 @@ GPOM_NODISCARD gpom_wire_fault_t gpom_wire_query_decode(gpom_wire_query_t *messa
                                                         const uint8_t *bytes, size_t n_bytes);
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_answer_decode(gpom_wire_answer_t *message,
                                                          const uint8_t *bytes, size_t n_bytes);
+
+/** The same of a query whose sender did not compute its CRC-32, as lcm-gen's typed publish does
+ *  not: crc32 must be 0. Nothing tells then whether the message was damaged. */
+GPOM_NODISCARD gpom_wire_fault_t gpom_wire_query_decode_without_crc(gpom_wire_query_t *message,
+                                                                    const uint8_t *bytes,
+                                                                    size_t n_bytes);
 
 /** Bytes written; 0 if they do not fit, a pointer is missing, or a field breaks what the decoder
  *  checks. */

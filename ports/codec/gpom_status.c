@@ -30,3 +30,20 @@ static void status_fields(gpom_cursor_t *c, gpom_wire_status_t *m)
 }
 
 GPOM_WIRE_DEFINE(status, {GPOM_WIRE_STATUS_FINGERPRINT, true})
+
+void gpom_wire_count_beams(const gpom_stats_t *stats, int64_t *counts)
+{
+    counts[GPOM_WIRE_BEAMS_HIT] = (int64_t)stats->beams_hit;
+    counts[GPOM_WIRE_BEAMS_NO_RETURN] = (int64_t)stats->beams_no_return;
+    counts[GPOM_WIRE_BEAMS_NAN] = (int64_t)stats->beams_nan;
+    counts[GPOM_WIRE_BEAMS_NOT_POSITIVE] = (int64_t)stats->beams_not_positive;
+    counts[GPOM_WIRE_BEAMS_TOO_NEAR] = (int64_t)stats->beams_too_near;
+    counts[GPOM_WIRE_BEAMS_MASKED] = (int64_t)stats->beams_masked;
+    counts[GPOM_WIRE_BEAMS_FULL] = (int64_t)stats->beams_redundant;
+    counts[GPOM_WIRE_BEAMS_KNOWN] = (int64_t)stats->beams_known;
+    counts[GPOM_WIRE_BEAMS_CONTRADICTING] = (int64_t)stats->beams_contradicting;
+    counts[GPOM_WIRE_BEAMS_IDS_SPENT] = (int64_t)stats->beams_ids_spent;
+    counts[GPOM_WIRE_KEPT_EVICTED] =
+        (int64_t)(stats->beams_evicted_redundant + stats->beams_evicted_far +
+                  stats->beams_evicted_old + stats->beams_evicted_contradicted);
+}

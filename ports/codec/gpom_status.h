@@ -3,6 +3,7 @@
 #ifndef GPOM_CODEC_GPOM_STATUS_H
 #define GPOM_CODEC_GPOM_STATUS_H
 
+#include "gpom/map.h"
 #include "ports/codec/wire.h"
 
 #ifdef __cplusplus
@@ -51,6 +52,10 @@ enum {
     GPOM_WIRE_BEAMS_TOO_NEAR = 28,
     GPOM_WIRE_BEAMS_MASKED = 29,
     GPOM_WIRE_BEAMS_FULL = 30,
+    GPOM_WIRE_BEAMS_KNOWN = 31,
+    GPOM_WIRE_BEAMS_CONTRADICTING = 32,
+    GPOM_WIRE_BEAMS_IDS_SPENT = 33,
+    GPOM_WIRE_KEPT_EVICTED = 34,
     GPOM_WIRE_MAPS_PUBLISHED = 40,
     GPOM_WIRE_TILES_PUBLISHED = 41,
     GPOM_WIRE_QUERIES_ANSWERED = 42,
@@ -92,7 +97,58 @@ enum {
     GPOM_WIRE_MESSAGES_TIMED_OUT = 82,
     GPOM_WIRE_MESSAGES_EVICTED = 83,
     GPOM_WIRE_MESSAGES_NOT_SENT = 84,
+    GPOM_WIRE_PROBLEMS = 87,
     GPOM_WIRE_COUNTS = 88
+};
+
+/** Bits of gpom_wire_status_t.counts[GPOM_WIRE_PROBLEMS], from the lowest on; what each means is in
+ *  lcmtypes/gpom_status_t.lcm. */
+enum {
+    GPOM_WIRE_PROBLEM_SCAN_TYPE = 0,
+    GPOM_WIRE_PROBLEM_SCAN_CRC_ZERO = 1,
+    GPOM_WIRE_PROBLEM_SCAN_CORRUPT = 2,
+    GPOM_WIRE_PROBLEM_SCAN_LENGTH = 3,
+    GPOM_WIRE_PROBLEM_SCAN_RANGES = 4,
+    GPOM_WIRE_PROBLEM_SCAN_SENSOR_ID = 5,
+    GPOM_WIRE_PROBLEM_SCAN_ANGLES = 6,
+    GPOM_WIRE_PROBLEM_SCAN_BEAM_TIMES = 7,
+    GPOM_WIRE_PROBLEM_STAMP_UNIT = 8,
+    GPOM_WIRE_PROBLEM_STAMP_RANGE = 9,
+    GPOM_WIRE_PROBLEM_SCAN_TOO_OLD = 10,
+    GPOM_WIRE_PROBLEM_SCAN_TOO_NEW = 11,
+    GPOM_WIRE_PROBLEM_SCAN_LOST = 12,
+    GPOM_WIRE_PROBLEM_SCAN_REPEATED = 13,
+    GPOM_WIRE_PROBLEM_SCAN_REORDERED = 14,
+    GPOM_WIRE_PROBLEM_SCAN_BACK = 15,
+    GPOM_WIRE_PROBLEM_SCAN_GAP = 16,
+    GPOM_WIRE_PROBLEM_SCAN_OVERRUN = 17,
+    GPOM_WIRE_PROBLEM_SCAN_BAD_POSE = 18,
+    GPOM_WIRE_PROBLEM_SCAN_OUT_OF_REACH = 19,
+    GPOM_WIRE_PROBLEM_SCAN_UNUSABLE = 20,
+    GPOM_WIRE_PROBLEM_SCAN_NO_POSE = 21,
+    GPOM_WIRE_PROBLEM_SCAN_POSE_GAP = 22,
+    GPOM_WIRE_PROBLEM_SCAN_BEFORE_POSES = 23,
+    GPOM_WIRE_PROBLEM_TWO_CLOCKS = 24,
+    GPOM_WIRE_PROBLEM_LATENCY = 25,
+    GPOM_WIRE_PROBLEM_POSE_TYPE = 26,
+    GPOM_WIRE_PROBLEM_POSE_LENGTH = 27,
+    GPOM_WIRE_PROBLEM_POSE_QUATERNION = 28,
+    GPOM_WIRE_PROBLEM_POSE_NOT_FINITE = 29,
+    GPOM_WIRE_PROBLEM_POSE_ORDER = 30,
+    GPOM_WIRE_PROBLEM_POSE_TOO_NEW = 31,
+    GPOM_WIRE_PROBLEM_POSE_WILD = 32,
+    GPOM_WIRE_PROBLEM_SILENT = 33,
+    GPOM_WIRE_PROBLEM_OTHER_CHANNEL = 34,
+    GPOM_WIRE_PROBLEM_TWO_MAPPERS = 35,
+    GPOM_WIRE_PROBLEM_QUERY_REFUSED = 36,
+    GPOM_WIRE_PROBLEM_SNAPSHOT_FAILED = 37,
+    GPOM_WIRE_PROBLEM_NOT_SENT = 38,
+    GPOM_WIRE_PROBLEM_DATAGRAMS_LOST = 39,
+    GPOM_WIRE_PROBLEM_DATAGRAMS_BAD = 40,
+    GPOM_WIRE_PROBLEM_MESSAGES_INCOMPLETE = 41,
+    GPOM_WIRE_PROBLEM_CAN_FRAMES = 42,
+    GPOM_WIRE_PROBLEM_CAN_BUS = 43,
+    GPOM_WIRE_PROBLEM_KINDS = 44
 };
 
 /** lcmtypes/gpom_status_t.lcm. */
@@ -127,6 +183,10 @@ GPOM_NODISCARD gpom_wire_fault_t gpom_wire_status_decode(gpom_wire_status_t *mes
 /** Bytes written; 0 if they do not fit or the state is not known. */
 GPOM_NODISCARD size_t gpom_wire_status_encode(const gpom_wire_status_t *message, uint8_t *bytes,
                                               size_t n_bytes);
+
+/** Put what a map counts of beams into their places in gpom_wire_status_t.counts: each range of an
+ *  inserted scan is in one of GPOM_WIRE_BEAMS_.... */
+void gpom_wire_count_beams(const gpom_stats_t *stats, int64_t *counts);
 
 #ifdef __cplusplus
 }

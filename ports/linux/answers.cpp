@@ -76,27 +76,39 @@ void QueryQueue::init(Memory &memory)
     }
 }
 
-bool QueryQueue::push(const std::uint8_t *bytes, std::size_t n_bytes)
+const char *QueryQueue::push(const std::uint8_t *bytes, std::size_t n_bytes, bool is_crc_optional,
+                             bool &has_slot)
 {
     std::uint32_t i_slot = 0;
-    if (!free.pop(i_slot, 0)) {
-        return false;
+    has_slot = free.pop(i_slot, 0);
+    if (!has_slot) {
+        return "32 wait already: ask less often, or more points at once";
     }
-    if (gpom_wire_query_decode(&slots_[i_slot].query, bytes, n_bytes) != GPOM_WIRE_OK) {
+    QuerySlot &slot = slots_[i_slot];
+    gpom_wire_fault_t fault = gpom_wire_query_decode(&slot.query, bytes, n_bytes);
+    const bool is_typed =
+        fault == GPOM_WIRE_CRC &&
+        gpom_wire_query_decode_without_crc(&slot.query, bytes, n_bytes) == GPOM_WIRE_OK;
+    if (fault != GPOM_WIRE_OK && !is_typed) {
         free.push(i_slot);
-        return false;
+        has_slot = false;
+        return gpom_wire_fault_str(fault);
     }
+    slot.lacks_crc = is_typed && !is_crc_optional;
     ready.push(i_slot);
-    return true;
+    return slot.lacks_crc ? "crc32 is 0, as lcm-gen's publish leaves it: compute it "
+                            "(lcmtypes/README.md), or set publish.query_crc_optional = true"
+                          : nullptr;
 }
 
-std::size_t answer(const gpom_wire_query_t &query, const AnswerContext &context,
-                   std::uint8_t *bytes, gpom_wire_answer_status_t &status)
+std::size_t answer(const QuerySlot &slot, const AnswerContext &context, std::uint8_t *bytes,
+                   gpom_wire_answer_status_t &status)
 {
     Points places;
     gpom_answer_t answers[GPOM_WIRE_POINTS_MAX];
     std::uint32_t n = 0;
-    status = places_of(query, places, n);
+    const gpom_wire_query_t &query = slot.query;
+    status = slot.lacks_crc ? GPOM_WIRE_ANSWER_NO_CRC : places_of(query, places, n);
     if (status != GPOM_WIRE_ANSWER_OK) {
         n = 0;
     }

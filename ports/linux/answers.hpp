@@ -15,6 +15,7 @@ namespace gpomd
 /// A question in a slot.
 struct QuerySlot {
     gpom_wire_query_t query;
+    bool lacks_crc; ///< And must have one: to be answered so.
     gpom_point_t points[GPOM_WIRE_POINTS_MAX];
 };
 
@@ -28,8 +29,11 @@ public:
     }
     void init(Memory &memory);
 
-    /// Decode a message into a slot. False: malformed, or too many are waiting.
-    bool push(const std::uint8_t *bytes, std::size_t n_bytes);
+    /// Decode a message into a slot. A query without CRC-32 is refused unless that is optional, but
+    /// has a slot all the same, to be answered so. NULL, or in words why it is refused; static
+    /// storage.
+    const char *push(const std::uint8_t *bytes, std::size_t n_bytes, bool is_crc_optional,
+                     bool &has_slot);
     QuerySlot &slot(std::uint32_t i) { return slots_[i]; }
 
     SlotList free;
@@ -50,8 +54,8 @@ struct AnswerContext {
 
 /// Answer a question. Bytes written into `bytes`, which holds GPOM_WIRE_ANSWER_BYTES of
 /// GPOM_WIRE_POINTS_MAX points. `status` tells if it was refused.
-std::size_t answer(const gpom_wire_query_t &query, const AnswerContext &context,
-                   std::uint8_t *bytes, gpom_wire_answer_status_t &status);
+std::size_t answer(const QuerySlot &slot, const AnswerContext &context, std::uint8_t *bytes,
+                   gpom_wire_answer_status_t &status);
 
 } // namespace gpomd
 

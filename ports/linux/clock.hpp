@@ -19,6 +19,9 @@ inline std::int64_t read_clock_us(clockid_t id)
 /// Since the Unix epoch; may be set by anybody: only to be compared with stamps.
 inline std::int64_t wall_us() { return read_clock_us(CLOCK_REALTIME); }
 
+/// Stamps from 0 to this are let in: no sum or difference of a few of them overflows.
+constexpr std::int64_t kStampMax_us = INT64_MAX / 4;
+
 /// Never runs backwards.
 inline std::int64_t monotonic_us() { return read_clock_us(CLOCK_MONOTONIC); }
 

@@ -155,11 +155,21 @@ void read_masks(const TomlTable &table, SensorConfig &config)
     }
 }
 
+/// True if readings of a kind stand for "no return" and are not just ignored.
+bool is_no_return(const TomlTable &table, const char *key)
+{
+    const std::string meaning = table.has(key) ? table.word(key) : "ignore";
+    if (meaning != "ignore" && meaning != "no_return") {
+        table.fail(key, std::string(key) + ": \"" + meaning + "\" is not one of ignore, no_return");
+    }
+    return meaning == "no_return";
+}
+
 void read_sensor(const TomlTable &table, SensorConfig &config)
 {
     table.refuse_keys_beyond({"channel", "type", "id", "mount", "range_min_m", "range_max_m",
                               "range_sd_m", "upside_down", "masks", "latency_s", "gap_max_s",
-                              "no_return"},
+                              "no_return", "zero", "too_near"},
                              "; remove it");
     config.type = type_of(table, "type", kScanTypes);
     const bool is_own = config.type == ScanType::gpom_scan;
@@ -175,7 +185,8 @@ void read_sensor(const TomlTable &table, SensorConfig &config)
         config.sensor.y_m = mount[1];
         config.sensor.yaw_rad = mount[2];
     }
-    const double range_min_m = number_or(table, "range_min_m", 0.0, {0.0, GPOM_REACH_M});
+    const double range_min_m =
+        number_or(table, "range_min_m", double{config.sensor.range_min_m}, {0.0, GPOM_REACH_M});
     const double range_max_m = number_in(table, "range_max_m", {1e-3, GPOM_REACH_M});
     if (!(range_max_m > range_min_m)) {
         table.fail("range_max_m", "range_max_m: must be over range_min_m");
@@ -190,6 +201,10 @@ void read_sensor(const TomlTable &table, SensorConfig &config)
         table.fail("no_return", "no_return: \"" + no_return + "\" is not one of free, ignore");
     }
     config.ignores_no_return = no_return == "ignore";
+    const bool is_zero = is_no_return(table, "zero");
+    const bool is_too_near = is_no_return(table, "too_near");
+    config.sensor.zero_is_no_return = is_zero && !config.ignores_no_return ? 1 : 0;
+    config.sensor.too_near_is_no_return = is_too_near && !config.ignores_no_return ? 1 : 0;
     config.latency_us = seconds_or(table, "latency_s", 0.0, {-10.0, 10.0});
     config.gap_max_us = seconds_or(table, "gap_max_s", 1.0, {1e-3, 3600.0});
     read_masks(table, config);
@@ -201,7 +216,8 @@ void read_pose(const TomlTable &root, PoseConfig &config)
         return;
     }
     const TomlTable table = root.table("pose");
-    table.refuse_keys_beyond({"channel", "type", "sd", "gap_max_s", "wait_max_s"}, "; remove it");
+    table.refuse_keys_beyond({"channel", "type", "sd", "gap_max_s", "wait_max_s", "hold_s"},
+                             "; remove it");
     config.type = type_of(table, "type", kPoseTypes);
     read_channel(table, "channel", "POSE", config.channel);
     if (table.has("sd")) {
@@ -215,6 +231,7 @@ void read_pose(const TomlTable &root, PoseConfig &config)
     }
     config.gap_max_us = seconds_or(table, "gap_max_s", 0.5, {1e-3, 60.0});
     config.wait_max_us = seconds_or(table, "wait_max_s", 0.5, {0.0, 60.0});
+    config.hold_max_us = seconds_or(table, "hold_s", 0.0, {0.0, 1e6});
 }
 
 void read_jump(const TomlTable &root, JumpConfig &jump)
@@ -344,13 +361,22 @@ void read_intake(const TomlTable &root, Config &config)
     }
 }
 
-void read_publish(const TomlTable &root, PublishConfig &publish)
+/// On a network that no datagram leaves, queries need no CRC-32 unless it is asked for.
+bool is_local(const char *url)
 {
+    Network network;
+    return parse_network(url, network) && network.ttl == 0;
+}
+
+void read_publish(const TomlTable &root, Config &config)
+{
+    PublishConfig &publish = config.publish;
     static const toml::table kNone;
     const TomlTable table =
         root.has("publish") ? root.table("publish") : TomlTable("", kNone, "publish");
     table.refuse_keys_beyond({"map", "request", "status", "query", "answer", "grid", "pixels",
-                              "map_hz", "keyframe_s", "grid_s", "status_s", "stale_s"},
+                              "map_hz", "keyframe_s", "grid_s", "status_s", "stale_s",
+                              "query_crc_optional"},
                              "; remove it");
     read_channel(table, "map", "GPOM_MAP", publish.map);
     read_channel(table, "request", "GPOM_MAP_REQUEST", publish.request);
@@ -359,6 +385,9 @@ void read_publish(const TomlTable &root, PublishConfig &publish)
     read_channel(table, "answer", "GPOM_ANSWER", publish.answer);
     read_channel(table, "grid", "", publish.grid);
     read_channel(table, "pixels", "", publish.pixels);
+    publish.is_query_crc_optional = table.has("query_crc_optional")
+                                        ? table.truth("query_crc_optional")
+                                        : is_local(config.lcm_url);
     publish.map_period_us = std::llround(1e6 / number_or(table, "map_hz", 20.0, {0.01, 1000.0}));
     publish.keyframe_period_us = seconds_or(table, "keyframe_s", 5.0, {0.05, 1e6});
     publish.grid_period_us = seconds_or(table, "grid_s", 1.0, {0.05, 1e6});
@@ -456,7 +485,7 @@ void read_config(const char *path, Config &config)
     read_jump(root, config.jump);
     read_sensors(root, config);
     read_intake(root, config);
-    read_publish(root, config.publish);
+    read_publish(root, config);
     check_channels(root, config);
     read_snapshot(root, path, config);
     read_can(root, config.can);

@@ -49,6 +49,7 @@ struct PoseConfig {
     float cov[9];             ///< Covariance given to every pose, by rows.
     std::int64_t gap_max_us;  ///< No interpolation over a longer gap.
     std::int64_t wait_max_us; ///< A scan whose pose has not come by then is dropped.
+    std::int64_t hold_max_us; ///< While none comes, the last pose holds so long; 0: it does not.
 };
 
 /// Where the map goes, and how often.
@@ -61,6 +62,7 @@ struct PublishConfig {
     std::int64_t grid_period_us;                     ///< grid and pixels.
     std::int64_t status_period_us;
     std::int64_t stale_after_us; ///< No scan for so long: state STALE.
+    bool is_query_crc_optional;  ///< Queries whose crc32 is 0 are answered.
 };
 
 /// What scans are let in.

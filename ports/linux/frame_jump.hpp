@@ -43,6 +43,8 @@ public:
 
     /// Take a finite pose. Stamps may run backwards by as much as sensors differ.
     Continuity take(const StampedPose &pose);
+    /// The last pose that followed or jumped.
+    const StampedPose &last() const { return last_; }
 
 private:
     bool is_reached(const StampedPose &from, const StampedPose &to) const;

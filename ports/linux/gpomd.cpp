@@ -1,7 +1,7 @@
 // gpomd: scans in from LCM, maps out to LCM.
 #include "ports/linux/answers.hpp"
-#include "ports/linux/bus.hpp"
 #include "ports/linux/can_port.hpp"
+#include "ports/linux/channels.hpp"
 #include "ports/linux/clock.hpp"
 #include "ports/linux/config.hpp"
 #include "ports/linux/intake.hpp"
@@ -10,9 +10,11 @@
 #include "ports/linux/memory.hpp"
 #include "ports/linux/notify.hpp"
 #include "ports/linux/publisher.hpp"
+#include "ports/linux/sender.hpp"
 #include "ports/linux/snapshots.hpp"
 #include "ports/linux/status.hpp"
 #include "ports/linux/subscriber.hpp"
+#include "ports/linux/words.hpp"
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/snapshot_file.hpp"
 
@@ -46,50 +48,11 @@ constexpr timespec kTurn = {0, 20000000}; // between tries, and between looks of
 /// How often dropped data are told in the log, if there are any.
 constexpr std::int64_t kLogPeriod_us = 10000000;
 
-struct NamedCount {
-    std::size_t place;
-    const char *name;
-};
+/// How often systemd's watchdog is fed at least.
+constexpr std::int64_t kPulseMax_us = 500000;
 
-/// Whatever is dropped, in words of the log. Fragments of messages too long for gpomd are not told:
-/// they are others', or its own grid.
-constexpr NamedCount kDrops[] = {{GPOM_WIRE_SCANS_BAD_POSE, "with a bad pose"},
-                                 {GPOM_WIRE_SCANS_OUT_OF_REACH, "out of reach"},
-                                 {GPOM_WIRE_SCANS_OTHER_TYPE, "of another type"},
-                                 {GPOM_WIRE_SCANS_CORRUPT, "corrupt"},
-                                 {GPOM_WIRE_SCANS_MALFORMED, "malformed"},
-                                 {GPOM_WIRE_SCANS_LOST, "lost"},
-                                 {GPOM_WIRE_SCANS_REPEATED, "repeated"},
-                                 {GPOM_WIRE_SCANS_REORDERED, "reordered"},
-                                 {GPOM_WIRE_SCANS_TOO_OLD, "too old"},
-                                 {GPOM_WIRE_SCANS_TOO_NEW, "ahead of the clock"},
-                                 {GPOM_WIRE_SCANS_JUMPED_BACK, "back in time"},
-                                 {GPOM_WIRE_SCANS_NO_POSE, "without pose"},
-                                 {GPOM_WIRE_SCANS_OVERRUN, "too many at once"},
-                                 {GPOM_WIRE_TIME_GAPS, "gaps in time"},
-                                 {GPOM_WIRE_POSES_REFUSED, "poses refused"},
-                                 {GPOM_WIRE_SCANS_AT_JUMP, "at a jump"},
-                                 {GPOM_WIRE_POSES_AT_JUMP, "poses at a jump"},
-                                 {GPOM_WIRE_QUERIES_REFUSED, "queries refused"},
-                                 {GPOM_WIRE_SNAPSHOTS_FAILED, "snapshots not written"},
-                                 {GPOM_WIRE_CAN_BAD_LENGTH, "CAN frames of wrong length"},
-                                 {GPOM_WIRE_CAN_BAD_CRC, "CAN frames with a wrong CRC"},
-                                 {GPOM_WIRE_CAN_BAD_COUNTER, "CAN frames with a frozen counter"},
-                                 {GPOM_WIRE_CAN_BAD_VALUE, "CAN values absent or out of range"},
-                                 {GPOM_WIRE_CAN_LOST, "CAN frames missing"},
-                                 {GPOM_WIRE_CAN_REORDERED, "CAN frames back in time"},
-                                 {GPOM_WIRE_CAN_ERRORS, "CAN error frames"},
-                                 {GPOM_WIRE_CAN_OVERFLOWS, "CAN frames by the kernel"},
-                                 {GPOM_WIRE_CAN_NOT_SENT, "CAN frames not sent"},
-                                 {GPOM_WIRE_DATAGRAMS_LOST, "datagrams lost"},
-                                 {GPOM_WIRE_DATAGRAMS_OTHER, "datagrams not of LCM"},
-                                 {GPOM_WIRE_DATAGRAMS_MALFORMED, "datagrams malformed"},
-                                 {GPOM_WIRE_FRAGMENTS_INCONSISTENT, "fragments inconsistent"},
-                                 {GPOM_WIRE_FRAGMENTS_REPEATED, "fragments repeated"},
-                                 {GPOM_WIRE_FRAGMENTS_LATE, "fragments late"},
-                                 {GPOM_WIRE_MESSAGES_TIMED_OUT, "messages incomplete"},
-                                 {GPOM_WIRE_MESSAGES_EVICTED, "messages in too many fragments"},
-                                 {GPOM_WIRE_MESSAGES_NOT_SENT, "messages not sent"}};
+/// Of the map that waits for a slow network: newer tiles are better than more of the old ones.
+constexpr int kMapBufferBytes = 32768;
 
 /// A thread by the name that `top -H` and debuggers show, 15 characters at most.
 template <class Body> std::thread named_thread(const char *name, const Body &body)
@@ -112,15 +75,20 @@ private:
     bool has_per_beam() const;
     void init_parts();
     void restore();
+    void open_senders();
     void run_threads(const sigset_t &signals);
     void subscribe();
     void receive(const std::atomic<bool> &stop);
     void watch(const sigset_t &signals);
     bool has_pulse();
     void log(const std::string &text) { log_.tell(text.c_str()); }
+    void note_drops();
+    void log_problems();
     void log_drops();
-    void log_jump();
+    void log_jump(std::int64_t now_us);
     void log_link();
+    static void on_any(void *daemon, const char *channel, const std::uint8_t *bytes,
+                       std::size_t n_bytes);
     static void on_scan(void *daemon, const char *channel, const std::uint8_t *bytes,
                         std::size_t n_bytes);
     static void on_pose(void *daemon, const char *channel, const std::uint8_t *bytes,
@@ -129,12 +97,16 @@ private:
                          std::size_t n_bytes);
     static void on_request(void *daemon, const char *channel, const std::uint8_t *bytes,
                            std::size_t n_bytes);
+    static void on_status(void *daemon, const char *channel, const std::uint8_t *bytes,
+                          std::size_t n_bytes);
 
     Config config_;
     Log log_{STDOUT_FILENO};
     Memory memory_;
     Counts counts_;
-    Bus bus_{&counts_};
+    Problems problems_;
+    Channels channels_;
+    Sender map_sender_{&counts_}, answer_sender_{&counts_}, status_sender_{&counts_};
     Subscriber subscriber_;
     ScanQueue scans_;
     QueryQueue queries_;
@@ -148,9 +120,10 @@ private:
     std::atomic<std::uint64_t> pulse_{0}; ///< Of the receiving thread.
     std::uint64_t seen_pulses_[4] = {};
     std::int64_t n_logged_jumps_ = 0;
-    bool has_logged_link_ = true; ///< What the log last said of LCM's network.
+    std::int64_t jump_log_us_ = 0; ///< No line about a jump before; monotonic.
+    bool has_logged_link_ = true;  ///< What the log last said of LCM's network.
     std::uint32_t n_logged_links_ = 1;
-    std::int64_t logged_drops_[sizeof kDrops / sizeof *kDrops] = {};
+    std::int64_t logged_drops_[kDropCount] = {}, noted_drops_[kDropCount] = {};
 };
 
 bool Daemon::has_per_beam() const
@@ -187,7 +160,10 @@ void Daemon::check()
 
 void Daemon::subscribe()
 {
-    static_assert(kSensorsMax + 3 <= Subscriber::kSubscriptionsMax, "poses, queries, requests");
+    static_assert(kSensorsMax + 4 <= Subscriber::kSubscriptionsMax,
+                  "poses, queries, requests, statuses");
+    channels_.init(config_, problems_, monotonic_us());
+    subscriber_.hear_all(on_any, this);
     for (std::size_t i = 0; i < config_.n_sensors; ++i) {
         bool is_new = true; // sensors of gpom.scan_t may share a channel
         for (std::size_t j = 0; j < i; ++j) {
@@ -203,9 +179,16 @@ void Daemon::subscribe()
     }
     subscriber_.subscribe(config_.publish.query, on_query, this);
     subscriber_.subscribe(config_.publish.request, on_request, this);
+    subscriber_.subscribe(config_.publish.status, on_status, this);
     if (const char *const problem = subscriber_.open(config_.lcm_url); problem != nullptr) {
         throw std::runtime_error(problem);
     }
+}
+
+void Daemon::on_any(void *daemon, const char *channel, const std::uint8_t *bytes,
+                    std::size_t n_bytes)
+{
+    static_cast<Daemon *>(daemon)->channels_.take(channel, bytes, n_bytes, monotonic_us());
 }
 
 void Daemon::on_scan(void *daemon, const char *channel, const std::uint8_t *bytes,
@@ -225,10 +208,18 @@ void Daemon::on_query(void *daemon, const char * /*channel*/, const std::uint8_t
                       std::size_t n_bytes)
 {
     Daemon &self = *static_cast<Daemon *>(daemon);
-    if (self.queries_.push(bytes, n_bytes)) {
+    bool has_slot = false;
+    const char *const problem =
+        self.queries_.push(bytes, n_bytes, self.config_.publish.is_query_crc_optional, has_slot);
+    if (has_slot) {
         self.scans_.ready.wake();
     } else {
         self.counts_.add(GPOM_WIRE_QUERIES_REFUSED);
+    }
+    if (problem != nullptr) {
+        Problem refused = {GPOM_WIRE_PROBLEM_QUERY_REFUSED};
+        refused.text = problem;
+        self.problems_.note(refused);
     }
 }
 
@@ -239,6 +230,21 @@ void Daemon::on_request(void *daemon, const char * /*channel*/, const std::uint8
     static_cast<Daemon *>(daemon)->publisher_.request_keyframe();
 }
 
+/// Its own statuses come back, from the port that they were sent from.
+void Daemon::on_status(void *daemon, const char *channel, const std::uint8_t *bytes,
+                       std::size_t n_bytes)
+{
+    Daemon &self = *static_cast<Daemon *>(daemon);
+    const std::uint64_t sender = self.subscriber_.sender();
+    if (ntohs(static_cast<std::uint16_t>(sender & 0xffff)) != self.status_sender_.port() &&
+        gpom_wire_fingerprint(bytes, n_bytes) == GPOM_WIRE_STATUS_FINGERPRINT) {
+        Problem problem = {GPOM_WIRE_PROBLEM_TWO_MAPPERS};
+        problem.sender = sender;
+        std::memcpy(problem.channel, channel, std::strlen(channel) + 1);
+        self.problems_.note(problem);
+    }
+}
+
 void Daemon::receive(const std::atomic<bool> &stop)
 {
     while (!stop.load(std::memory_order_relaxed)) {
@@ -246,6 +252,7 @@ void Daemon::receive(const std::atomic<bool> &stop)
         subscriber_.handle(kWait_ms);
         intake_.match_waiting(); // odometry comes by itself
         intake_.expire(monotonic_us());
+        channels_.check(monotonic_us());
     }
 }
 
@@ -264,10 +271,32 @@ bool Daemon::has_pulse()
     return true;
 }
 
+/// Drops that only a counter tells of.
+void Daemon::note_drops()
+{
+    for (std::size_t i = 0; i < kDropCount; ++i) {
+        const std::int64_t n = counts_[kDrops[i].place] - noted_drops_[i];
+        noted_drops_[i] += n;
+        if (n > 0 && kDrops[i].kind >= 0) {
+            Problem problem = {static_cast<std::uint32_t>(kDrops[i].kind)};
+            problem.value = static_cast<double>(n);
+            problem.i_drop = i;
+            problems_.note(problem);
+        }
+    }
+}
+
+void Daemon::log_problems()
+{
+    for (Problem problem = {}; problems_.next(problem);) {
+        log(sentence(problem, config_));
+    }
+}
+
 void Daemon::log_drops()
 {
     std::string text;
-    for (std::size_t i = 0; i < sizeof kDrops / sizeof *kDrops; ++i) {
+    for (std::size_t i = 0; i < kDropCount; ++i) {
         const std::int64_t n = counts_[kDrops[i].place] - logged_drops_[i];
         logged_drops_[i] += n;
         if (n > 0) {
@@ -279,14 +308,16 @@ void Daemon::log_drops()
     }
 }
 
-/// The last jump, if it has not been told.
-void Daemon::log_jump()
+/// The last jump, if it has not been told. A localiser that jumps to and fro must not fill the disk
+/// with lines.
+void Daemon::log_jump(std::int64_t now_us)
 {
     const std::int64_t n_jumps = counts_[GPOM_WIRE_FRAME_JUMPS];
-    if (n_jumps == n_logged_jumps_) {
+    if (n_jumps == n_logged_jumps_ || now_us < jump_log_us_) {
         return;
     }
     n_logged_jumps_ = n_jumps;
+    jump_log_us_ = now_us + kLogPeriod_us;
     const MapState state = mapping_.state();
     const double *const from = state.jump_from;
     const double *const to = state.jump_to;
@@ -316,8 +347,8 @@ void Daemon::log_link()
 /// Status, watchdog and log, until a signal says to stop.
 void Daemon::watch(const sigset_t &signals)
 {
-    StatusSender status(config_, bus_, mapping_, counts_);
-    const std::int64_t watchdog_period_us = watchdog_us() / 3;
+    StatusSender status(config_, status_sender_, mapping_, counts_, problems_);
+    const std::int64_t watchdog_period_us = std::min(watchdog_us() / 3, kPulseMax_us);
     std::int64_t status_us = monotonic_us();
     std::int64_t watchdog_next_us = status_us;
     std::int64_t log_us = status_us + kLogPeriod_us;
@@ -338,7 +369,9 @@ void Daemon::watch(const sigset_t &signals)
             log_us = now_us + kLogPeriod_us;
         }
         log_.tell_lost();
-        log_jump();
+        note_drops();
+        log_problems();
+        log_jump(now_us);
         log_link();
         for (const char *news = can_.next_news(); news != nullptr; news = can_.next_news()) {
             log(std::string(config_.can.interface) + " " + news);
@@ -358,13 +391,13 @@ void Daemon::init_parts()
     }
     scans_.init(memory_, config_.intake.queue_scans + 1, config_.intake.ranges_max, has_per_beam());
     queries_.init(memory_);
-    intake_.init(config_, memory_, scans_, counts_);
-    const char *const problem =
-        mapping_.init(config_, memory_, {&bus_, &scans_, &queries_, &snapshots_, &counts_});
+    intake_.init(config_, memory_, scans_, counts_, problems_);
+    const char *const problem = mapping_.init(
+        config_, memory_, {&answer_sender_, &scans_, &queries_, &snapshots_, &counts_, &problems_});
     if (problem != nullptr) {
         throw std::runtime_error(std::string("map: ") + problem);
     }
-    publisher_.init(config_, memory_, bus_, mapping_, counts_);
+    publisher_.init(config_, memory_, map_sender_, mapping_, counts_);
     subscriber_.init(config_.intake.ranges_max, memory_, counts_);
     odometry_.init(config_.can.odometry);
     can_.init(config_, memory_, {&mapping_, &odometry_, &counts_});
@@ -397,6 +430,17 @@ void Daemon::restore()
     }
 }
 
+void Daemon::open_senders()
+{
+    const char *problem = map_sender_.open(config_.lcm_url, kMapBufferBytes);
+    for (Sender *const sender : {&answer_sender_, &status_sender_}) {
+        problem = problem == nullptr ? sender->open(config_.lcm_url) : problem;
+    }
+    if (problem != nullptr) {
+        throw std::runtime_error(problem);
+    }
+}
+
 void Daemon::run()
 {
     sigset_t signals;
@@ -406,16 +450,16 @@ void Daemon::run()
     pthread_sigmask(SIG_BLOCK, &signals, nullptr); // of all threads; watch() waits for them
     std::signal(SIGPIPE, SIG_IGN); // nobody reads the log any more: no reason to end
     std::signal(SIGXFSZ, SIG_IGN); // a snapshot that may not grow is a failed one, not the end
-    if (const char *const problem = bus_.open(config_.lcm_url); problem != nullptr) {
-        throw std::runtime_error(problem);
-    }
+    open_senders();
     init_parts();
     check();
     restore();
     subscribe();
     can_.open();
     run_threads(signals);
-    log_jump();
+    note_drops();
+    log_problems();
+    log_jump(INT64_MAX);
     log_drops();
     log("stopped after " + std::to_string(counts_[GPOM_WIRE_SCANS_INSERTED]) + " scans");
 }

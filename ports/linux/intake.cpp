@@ -1,5 +1,7 @@
 #include "ports/linux/intake.hpp"
 
+#include "ports/linux/clock.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -12,15 +14,19 @@ namespace gpomd
 namespace
 {
 
-/// A beam's time further from its scan's is a fault of the sender.
-constexpr std::int64_t kBeamTimeMax_us = 1000000;
-
 /// Poses nearer in time tell little of odometry's errors beside their own.
 constexpr std::int64_t kLearn_us = 1000000;
 
-/// Bearings and steps within what the library takes.
-bool is_angle(double angle_rad) { return std::fabs(angle_rad) <= 100.0; }
-bool is_step(double angle_rad) { return std::fabs(angle_rad) <= 10.0; }
+/// Smaller latencies are not worth a word: a sensor's turn, or half of it, may be meant.
+constexpr double kLatencyTold_s = 0.04;
+
+/// Poses come if the newest is so young, and are of another clock if a scan is so far from them.
+constexpr std::int64_t kPosesCome_us = 2000000;
+constexpr std::int64_t kTwoClocks_us = 10000000;
+
+/// No sensor scans more often; and so many numbers may be missing at once.
+constexpr std::int64_t kScanPeriodMin_us = 100;
+constexpr std::int64_t kLostMax = 1000;
 
 std::size_t place_of(gpom_wire_fault_t fault)
 {
@@ -47,23 +53,6 @@ bool is_rotation(const double (&q)[4])
     return std::fabs(norm2 - 1.0) <= 0.02;
 }
 
-/// Each beam has a bearing, and a time near the scan's.
-bool is_per_beam_sane(const ScanSlot &slot)
-{
-    for (std::uint32_t i = 0; i < slot.n_ranges; ++i) {
-        const std::int64_t low_us = slot.stamp_us - kBeamTimeMax_us;
-        const std::int64_t high_us = slot.stamp_us + kBeamTimeMax_us;
-        if (!is_angle(static_cast<double>(slot.bearings_rad[i])) || slot.stamps_us[i] < low_us ||
-            slot.stamps_us[i] > high_us) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/// Stamps so large that sums with them could overflow are nobody's.
-bool is_stamp(std::int64_t stamp_us) { return stamp_us >= 0 && stamp_us <= INT64_MAX / 4; }
-
 } // namespace
 
 std::size_t Intake::need(const Config &config)
@@ -71,12 +60,17 @@ std::size_t Intake::need(const Config &config)
     return Memory::need<std::uint32_t>(config.intake.queue_scans + 1);
 }
 
-void Intake::init(const Config &config, Memory &memory, ScanQueue &queue, Counts &counts)
+void Intake::init(const Config &config, Memory &memory, ScanQueue &queue, Counts &counts,
+                  Problems &problems)
 {
     config_ = &config;
     queue_ = &queue;
     counts_ = &counts;
+    problems_ = &problems;
     frame_.init(config.jump);
+    for (std::size_t i = 0; i < config.n_sensors; ++i) {
+        latencies_[i].init(config.sensors[i].sensor);
+    }
     waiting_ = memory.take<std::uint32_t>(config.intake.queue_scans + 1);
     if (!queue_->free.pop(spare_, 0)) {
         std::abort(); // a queue has two slots at least
@@ -87,13 +81,11 @@ void Intake::take_scan(const char *channel, const Message &message)
 {
     counts_->add(GPOM_WIRE_SCANS_RECEIVED);
     ScanSlot &slot = queue_->slot(spare_);
-    std::uint32_t sequence = 0;
-    gpom_wire_fault_t fault = decode_scan(channel, message, slot, sequence);
-    if (fault == GPOM_WIRE_OK && !is_stamp(slot.stamp_us)) {
-        fault = GPOM_WIRE_VALUE;
-    }
+    DecodedScan decoded = {&slot, 0, {}};
+    const gpom_wire_fault_t fault = decode_scan(*config_, channel, message, decoded);
     if (fault != GPOM_WIRE_OK) {
         counts_->add(place_of(fault));
+        problems_->note(decoded.problem);
         return;
     }
     const SensorConfig &sensor = config_->sensors[slot.i_sensor];
@@ -109,99 +101,10 @@ void Intake::take_scan(const char *channel, const Message &message)
             slot.ranges_m[i] = std::numeric_limits<float>::quiet_NaN();
         }
     }
-    if (admit(slot, sequence, message.wall_us)) {
+    if (admit(slot, decoded.sequence, message.wall_us)) {
+        learn_latency(slot);
         keep_spare();
     }
-}
-
-gpom_wire_fault_t Intake::decode_scan(const char *channel, const Message &message, ScanSlot &slot,
-                                      std::uint32_t &sequence)
-{
-    for (std::size_t i = 0; i < config_->n_sensors; ++i) {
-        if (std::strcmp(config_->sensors[i].channel, channel) != 0) {
-            continue;
-        }
-        slot.i_sensor = i;
-        slot.is_per_beam = false;
-        slot.pose.cov = nullptr;
-        switch (config_->sensors[i].type) {
-        case ScanType::gpom_scan:
-            return decode_own(channel, message, slot, sequence);
-        case ScanType::planar_lidar:
-            return decode_planar_lidar(message, slot);
-        case ScanType::lidar:
-            return decode_lidar(message, slot);
-        }
-    }
-    return GPOM_WIRE_TYPE; // not subscribed
-}
-
-gpom_wire_fault_t Intake::decode_own(const char *channel, const Message &message, ScanSlot &slot,
-                                     std::uint32_t &sequence)
-{
-    gpom_wire_scan_t scan = {};
-    scan.ranges_m = {slot.ranges_m, config_->intake.ranges_max, 0};
-    const gpom_wire_fault_t fault = gpom_wire_scan_decode(&scan, message.bytes, message.n_bytes);
-    if (fault != GPOM_WIRE_OK) {
-        return fault;
-    }
-    slot.i_sensor = config_->n_sensors;
-    for (std::size_t i = 0; i < config_->n_sensors; ++i) {
-        const SensorConfig &sensor = config_->sensors[i];
-        if (sensor.id == scan.sensor_id && std::strcmp(sensor.channel, channel) == 0) {
-            slot.i_sensor = i;
-        }
-    }
-    if (slot.i_sensor == config_->n_sensors || !is_angle(scan.angle_min_rad) ||
-        !is_step(scan.angle_step_rad)) {
-        return GPOM_WIRE_VALUE;
-    }
-    sequence = scan.sequence;
-    slot.stamp_us = scan.stamp_us;
-    bool is_exact = true;
-    for (std::size_t i = 0; i < 9; ++i) {
-        slot.cov[i] = scan.pose_cov[i];
-        is_exact = is_exact && scan.pose_cov[i] == 0.0f;
-    }
-    slot.pose = {scan.pose[0], scan.pose[1], scan.pose[2], is_exact ? nullptr : slot.cov};
-    slot.angle_min_rad = scan.angle_min_rad;
-    slot.angle_step_rad = scan.angle_step_rad;
-    slot.n_ranges = scan.ranges_m.n;
-    return GPOM_WIRE_OK;
-}
-
-gpom_wire_fault_t Intake::decode_planar_lidar(const Message &message, ScanSlot &slot)
-{
-    gpom_wire_planar_lidar_t scan = {};
-    scan.ranges_m = {slot.ranges_m, config_->intake.ranges_max, 0};
-    const gpom_wire_fault_t fault =
-        gpom_wire_planar_lidar_decode(&scan, message.bytes, message.n_bytes);
-    if (fault != GPOM_WIRE_OK) {
-        return fault;
-    }
-    slot.stamp_us = scan.stamp_us;
-    slot.angle_min_rad = static_cast<double>(scan.angle_min_rad);
-    slot.angle_step_rad = static_cast<double>(scan.angle_step_rad);
-    slot.n_ranges = scan.ranges_m.n;
-    const bool is_sane = is_angle(slot.angle_min_rad) && is_step(slot.angle_step_rad);
-    return is_sane ? GPOM_WIRE_OK : GPOM_WIRE_VALUE;
-}
-
-gpom_wire_fault_t Intake::decode_lidar(const Message &message, ScanSlot &slot)
-{
-    gpom_wire_lidar_t scan = {};
-    scan.ranges_m = {slot.ranges_m, config_->intake.ranges_max, 0};
-    scan.bearings_rad = {slot.bearings_rad, config_->intake.ranges_max, 0};
-    scan.stamps_us = {slot.stamps_us, config_->intake.ranges_max, 0};
-    const gpom_wire_fault_t fault = gpom_wire_lidar_decode(&scan, message.bytes, message.n_bytes);
-    if (fault != GPOM_WIRE_OK) {
-        return fault;
-    }
-    slot.stamp_us = scan.stamp_us;
-    slot.n_ranges = scan.ranges_m.n;
-    slot.is_per_beam = true;
-    const bool is_sane = is_stamp(slot.stamp_us) && is_per_beam_sane(slot);
-    return is_sane ? GPOM_WIRE_OK : GPOM_WIRE_VALUE;
 }
 
 bool Intake::admit(const ScanSlot &slot, std::uint32_t sequence, std::int64_t wall_us)
@@ -209,58 +112,86 @@ bool Intake::admit(const ScanSlot &slot, std::uint32_t sequence, std::int64_t wa
     const IntakeConfig &limits = config_->intake;
     const bool is_own = config_->sensors[slot.i_sensor].type == ScanType::gpom_scan;
     Track &track = tracks_[slot.i_sensor];
-    const std::int32_t ahead = is_own ? note_sequence(track, sequence) : 1;
+    const std::int32_t ahead = is_own ? note_sequence(track, slot, sequence) : 1;
     if (slot.stamp_us > wall_us + limits.ahead_max_us) {
         counts_->add(GPOM_WIRE_SCANS_TOO_NEW);
+        note(GPOM_WIRE_PROBLEM_SCAN_TOO_NEW, slot, wall_us);
         return false;
     }
     if (limits.age_max_us > 0 && slot.stamp_us < wall_us - limits.age_max_us) {
         counts_->add(GPOM_WIRE_SCANS_TOO_OLD);
+        note(GPOM_WIRE_PROBLEM_SCAN_TOO_OLD, slot, wall_us);
         return false;
     }
-    if (track.has_scan && !is_next(track, slot, ahead)) {
+    if (track.has_scan && !is_next(track, slot, ahead, sequence)) {
         return false;
     }
     const std::int64_t silence_us = slot.stamp_us - track.stamp_us;
     if (!is_own && track.has_scan && silence_us > config_->sensors[slot.i_sensor].gap_max_us) {
         counts_->add(GPOM_WIRE_TIME_GAPS);
+        note(GPOM_WIRE_PROBLEM_SCAN_GAP, slot, track.stamp_us,
+             1e-6 * static_cast<double>(silence_us));
     }
     track.has_scan = true;
     track.stamp_us = slot.stamp_us;
+    track.order_us = slot.stamp_us <= wall_us ? slot.stamp_us : track.order_us;
     track.sequence = sequence;
     track.n_behind = 0;
     return true;
 }
 
-/// How far a sequence number is ahead of the newest seen; what is missing between is lost.
-std::int32_t Intake::note_sequence(Track &track, std::uint32_t sequence)
+/// How far a sequence number is ahead of the newest seen. What is missing between is lost, unless
+/// no sensor sends so many in that time: then the sender began to count anew.
+std::int32_t Intake::note_sequence(Track &track, const ScanSlot &slot, std::uint32_t sequence)
 {
     const auto ahead = static_cast<std::int32_t>(sequence - track.sequence);
-    if (!track.has_sequence) {
-        track.has_sequence = true;
-        track.sequence = sequence;
-        return 1;
+    const std::int64_t since_us = slot.arrived_us - track.arrived_us;
+    if (track.has_sequence && ahead <= 0) {
+        return ahead;
     }
-    if (ahead > 0) {
+    const bool is_loss = track.has_sequence && ahead <= kLostMax + since_us / kScanPeriodMin_us;
+    if (is_loss) {
         counts_->add(GPOM_WIRE_SCANS_LOST, ahead - 1);
-        track.sequence = sequence;
     }
-    return ahead;
+    if (is_loss && ahead > 1) {
+        note(GPOM_WIRE_PROBLEM_SCAN_LOST, slot, 0, sequence, ahead - 1.0);
+    }
+    track.has_sequence = true;
+    track.sequence = sequence;
+    track.arrived_us = slot.arrived_us;
+    return is_loss ? ahead : 1;
 }
 
-/// Is a scan later than the last one of its sensor? A lower number with a later stamp is a sender
-/// that was started again.
-bool Intake::is_next(Track &track, const ScanSlot &slot, std::int32_t ahead)
+/// Is a scan later than the last one of its sensor? One that was ahead of the clock does not count:
+/// it would keep all others out until its time has come. A lower number with a later stamp is a
+/// sender that was started again.
+bool Intake::is_next(Track &track, const ScanSlot &slot, std::int32_t ahead, std::uint32_t sequence)
 {
     if (ahead == 0 || slot.stamp_us == track.stamp_us) {
         counts_->add(GPOM_WIRE_SCANS_REPEATED);
+        note(GPOM_WIRE_PROBLEM_SCAN_REPEATED, slot, track.stamp_us, sequence);
         return false;
     }
-    if (slot.stamp_us < track.stamp_us && !is_set_back(track, slot.stamp_us)) {
+    if (slot.stamp_us < track.order_us && !is_set_back(track, slot.stamp_us)) {
         counts_->add(ahead < 0 ? GPOM_WIRE_SCANS_REORDERED : GPOM_WIRE_SCANS_JUMPED_BACK);
+        note(ahead < 0 ? GPOM_WIRE_PROBLEM_SCAN_REORDERED : GPOM_WIRE_PROBLEM_SCAN_BACK, slot,
+             track.stamp_us, sequence);
         return false;
     }
     return true;
+}
+
+/// Something is wrong with a scan.
+void Intake::note(std::uint32_t kind, const ScanSlot &slot, std::int64_t other_us, double value,
+                  double limit)
+{
+    Problem problem = {kind};
+    problem.i_sensor = slot.i_sensor;
+    problem.stamp_us = slot.stamp_us;
+    problem.other_us = other_us;
+    problem.value = value;
+    problem.limit = limit;
+    problems_->note(problem);
 }
 
 /// A scan behind the newest: the last of so many in a row, in order, that the sender's clock must
@@ -286,6 +217,7 @@ void Intake::keep_spare()
         waiting_[n_waiting_++] = i_slot;
         match_waiting();
     } else if (is_stray(slot)) {
+        note_wild(slot.i_sensor, {slot.stamp_us, slot.pose.x_m, slot.pose.y_m, slot.pose.yaw_rad});
         drop(i_slot, GPOM_WIRE_SCANS_AT_JUMP);
     } else {
         hand_over(i_slot);
@@ -296,6 +228,22 @@ void Intake::hand_over(std::uint32_t i_slot)
 {
     queue_->slot(i_slot).n_jumps = n_jumps_;
     queue_->ready.push(i_slot);
+}
+
+/// Scans that are constantly late against the poses turn the map, which nothing else tells.
+void Intake::learn_latency(const ScanSlot &slot)
+{
+    Latency &latency = latencies_[slot.i_sensor];
+    const SensorConfig &sensor = config_->sensors[slot.i_sensor];
+    if (sensor.type == ScanType::gpom_scan && std::isfinite(slot.pose.yaw_rad)) {
+        latency.take_pose(slot.stamp_us, slot.pose.yaw_rad);
+    }
+    latency.take_scan(slot);
+    double latency_s = 0.0;
+    if (latency.find(latency_s) && std::fabs(latency_s) > kLatencyTold_s) {
+        note(GPOM_WIRE_PROBLEM_LATENCY, slot, 0, latency_s,
+             1e-6 * static_cast<double>(sensor.latency_us));
+    }
 }
 
 /// How a pose continues the others of the map frame, whatever channel they are of. Once the frame
@@ -309,6 +257,9 @@ Continuity Intake::follow(const StampedPose &pose)
     if (continuity == Continuity::jumps) {
         ++n_jumps_;
         poses_.begin_frame();
+        for (Latency &latency : latencies_) {
+            latency.begin_frame();
+        }
     }
     return continuity;
 }
@@ -320,38 +271,87 @@ bool Intake::is_stray(const ScanSlot &slot)
     return PoseRing::is_finite(pose) && follow(pose) == Continuity::strays;
 }
 
-void Intake::take_pose(const Message &message)
+/// A pose out of the robot's reach; of a sensor's scan, or of the pose channel.
+void Intake::note_wild(std::size_t i_sensor, const StampedPose &pose)
 {
-    counts_->add(GPOM_WIRE_POSES_RECEIVED);
-    StampedPose pose = {};
+    const StampedPose &last = frame_.last();
+    Problem problem = {GPOM_WIRE_PROBLEM_POSE_WILD};
+    problem.i_sensor = i_sensor;
+    problem.value = std::hypot(pose.x_m - last.x_m, pose.y_m - last.y_m);
+    problem.limit = 1e-6 * std::fabs(static_cast<double>(pose.stamp_us - last.stamp_us));
+    problems_->note(problem);
+}
+
+/// False: it is none; `problem` says why.
+bool Intake::read_pose(const Message &message, StampedPose &pose, Problem &problem) const
+{
     gpom_wire_fault_t fault = GPOM_WIRE_OK;
     if (config_->pose.type == PoseType::bot_pose) {
         gpom_wire_bot_pose_t read = {};
         fault = gpom_wire_bot_pose_decode(&read, message.bytes, message.n_bytes);
-        if (fault == GPOM_WIRE_OK && !is_rotation(read.orientation)) {
-            fault = GPOM_WIRE_VALUE;
+        const double(&q)[4] = read.orientation;
+        if (fault == GPOM_WIRE_OK && !is_rotation(q)) {
+            problem.kind = GPOM_WIRE_PROBLEM_POSE_QUATERNION;
+            problem.value = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+            return false;
         }
-        pose = {read.stamp_us, read.position_m[0], read.position_m[1], yaw_of(read.orientation)};
+        pose = {read.stamp_us, read.position_m[0], read.position_m[1], yaw_of(q)};
     } else {
         gpom_wire_pose2d_t read = {};
         fault = gpom_wire_pose2d_decode(&read, message.bytes, message.n_bytes);
         pose = {read.stamp_us, static_cast<double>(read.x_m), static_cast<double>(read.y_m),
                 static_cast<double>(read.yaw_rad)};
     }
-    if (fault != GPOM_WIRE_OK || !is_stamp(pose.stamp_us) ||
-        pose.stamp_us > message.wall_us + config_->intake.ahead_max_us || !poses_.push(pose)) {
+    const bool is_type = fault != GPOM_WIRE_TYPE;
+    problem.kind = is_type ? GPOM_WIRE_PROBLEM_POSE_LENGTH : GPOM_WIRE_PROBLEM_POSE_TYPE;
+    problem.type = gpom_wire_fingerprint(message.bytes, message.n_bytes);
+    problem.value = static_cast<double>(message.n_bytes);
+    return fault == GPOM_WIRE_OK && is_good_stamp(pose.stamp_us, message.wall_us, problem);
+}
+
+/// Put a pose behind the others. False: it does not come after them, or from the future.
+bool Intake::is_order_kept(const StampedPose &pose, const Message &message, Problem &problem)
+{
+    StampedPose newest = {};
+    problem.stamp_us = pose.stamp_us;
+    problem.other_us = message.wall_us;
+    problem.kind = GPOM_WIRE_PROBLEM_POSE_TOO_NEW;
+    if (pose.stamp_us > message.wall_us + config_->intake.ahead_max_us) {
+        return false;
+    }
+    problem.kind = PoseRing::is_finite(pose) ? GPOM_WIRE_PROBLEM_POSE_ORDER
+                                             : GPOM_WIRE_PROBLEM_POSE_NOT_FINITE;
+    problem.other_us = poses_.not_after(INT64_MAX, newest) ? newest.stamp_us : 0;
+    const std::uint32_t n_gave_way = poses_.n_gave_way();
+    const bool is_taken = poses_.push(pose, message.wall_us);
+    counts_->add(GPOM_WIRE_POSES_REFUSED, poses_.n_gave_way() - n_gave_way);
+    return is_taken;
+}
+
+void Intake::take_pose(const Message &message)
+{
+    counts_->add(GPOM_WIRE_POSES_RECEIVED);
+    StampedPose pose = {};
+    Problem problem = {GPOM_WIRE_PROBLEM_POSE_TYPE};
+    if (!read_pose(message, pose, problem) || !is_order_kept(pose, message, problem)) {
         counts_->add(GPOM_WIRE_POSES_REFUSED);
+        problems_->note(problem);
         return;
     }
+    pose_arrived_us_ = message.arrived_us;
     switch (follow(pose)) {
     case Continuity::follows:
+        for (std::size_t i = 0; i < config_->n_sensors; ++i) {
+            latencies_[i].take_pose(pose.stamp_us, pose.yaw_rad);
+        }
         break;
     case Continuity::strays:
         counts_->add(GPOM_WIRE_POSES_AT_JUMP);
+        note_wild(kSensorsMax, pose);
         poses_.drop_newest();
         return;
     case Continuity::jumps:
-        poses_.push(pose); // the first of its frame
+        poses_.push(pose, message.wall_us); // the first of its frame
         break;
     }
     match_waiting();
@@ -391,9 +391,15 @@ bool Intake::settle(std::uint32_t i_slot, PoseMatch match)
         drop(i_slot, GPOM_WIRE_SCANS_AT_JUMP);
         return true;
     case PoseMatch::too_old:
+        note_unmatched(GPOM_WIRE_PROBLEM_SCAN_BEFORE_POSES, queue_->slot(i_slot));
         drop(i_slot, GPOM_WIRE_SCANS_TOO_OLD);
         return true;
     case PoseMatch::gap:
+        if (hold(queue_->slot(i_slot))) {
+            hand_over(i_slot);
+            return true;
+        }
+        note_unmatched(GPOM_WIRE_PROBLEM_SCAN_POSE_GAP, queue_->slot(i_slot));
         drop(i_slot, GPOM_WIRE_SCANS_NO_POSE);
         return true;
     case PoseMatch::not_yet:
@@ -444,6 +450,35 @@ PoseMatch Intake::match(ScanSlot &slot) const
     return found;
 }
 
+/// Give a scan the last pose before it, if that may be held so long.
+bool Intake::hold(ScanSlot &slot) const
+{
+    StampedPose last = {};
+    if (!poses_.not_after(slot.stamp_us, last) ||
+        slot.latest_us - last.stamp_us > config_->pose.hold_max_us) {
+        return false;
+    }
+    std::copy_n(config_->pose.cov, 9, slot.cov);
+    const bool is_exact = slot.cov[0] == 0.0f && slot.cov[4] == 0.0f && slot.cov[8] == 0.0f;
+    slot.pose = {last.x_m, last.y_m, last.yaw_rad, is_exact ? nullptr : slot.cov};
+    if (slot.is_per_beam) {
+        std::fill_n(slot.poses, slot.n_ranges, slot.pose);
+    }
+    return true;
+}
+
+/// A scan gets no pose. If poses come all the same and their time is quite another one, both have
+/// clocks of their own.
+void Intake::note_unmatched(std::uint32_t kind, const ScanSlot &slot)
+{
+    StampedPose newest = {};
+    const bool has_pose = poses_.not_after(INT64_MAX, newest);
+    const bool is_alive = has_pose && slot.arrived_us - pose_arrived_us_ < kPosesCome_us;
+    const bool is_far = std::llabs(newest.stamp_us - slot.stamp_us) > kTwoClocks_us;
+    kind = is_alive && is_far ? std::uint32_t{GPOM_WIRE_PROBLEM_TWO_CLOCKS} : kind;
+    note(kind, slot, has_pose ? newest.stamp_us : 0);
+}
+
 void Intake::drop(std::uint32_t i_slot, std::size_t place)
 {
     counts_->add(place);
@@ -455,10 +490,14 @@ void Intake::expire(std::int64_t monotonic_us)
     std::size_t n_left = 0;
     for (std::size_t i = 0; i < n_waiting_; ++i) {
         const std::uint32_t i_slot = waiting_[i];
-        if (monotonic_us - queue_->slot(i_slot).arrived_us > config_->pose.wait_max_us) {
-            drop(i_slot, GPOM_WIRE_SCANS_NO_POSE);
-        } else {
+        ScanSlot &slot = queue_->slot(i_slot);
+        if (monotonic_us - slot.arrived_us <= config_->pose.wait_max_us) {
             waiting_[n_left++] = i_slot;
+        } else if (hold(slot)) {
+            hand_over(i_slot);
+        } else {
+            note_unmatched(GPOM_WIRE_PROBLEM_SCAN_NO_POSE, slot);
+            drop(i_slot, GPOM_WIRE_SCANS_NO_POSE);
         }
     }
     n_waiting_ = n_left;

@@ -35,6 +35,21 @@ gpom_jump_t rule_of(JumpRule rule)
     return GPOM_JUMP_KEEP;
 }
 
+/// Readings that say nothing of what is around: of a covered sensor all are such.
+std::uint64_t unusable(const gpom_stats_t &stats)
+{
+    return stats.beams_nan + stats.beams_not_positive + stats.beams_too_near + stats.beams_masked;
+}
+
+/// Of the newest scan in a map, whose stamps may be those of any program: brought to what gpomd
+/// would have let in.
+std::int64_t newest_stamp_us(const gpom_lowres_info_t &info)
+{
+    const std::int64_t stamp0_us = std::clamp(info.stamp0_us, -kStampMax_us, kStampMax_us);
+    const std::int64_t stamp_us = stamp0_us + std::int64_t{1000} * info.newest_ms;
+    return std::clamp<std::int64_t>(stamp_us, 0, kStampMax_us);
+}
+
 } // namespace
 
 std::size_t MapThread::need(const Config &config)
@@ -96,7 +111,7 @@ bool MapThread::restore(gpom_snapshot_report_t &report)
     const std::lock_guard<std::mutex> lock(mutex_);
     state_.has_map = report.n_beams > 0;
     state_.frame_epoch = info.frame_epoch;
-    state_.stamp_us = info.stamp0_us + std::int64_t{1000} * info.newest_ms;
+    state_.stamp_us = newest_stamp_us(info);
     std::fill_n(state_.pose, 3, std::numeric_limits<double>::quiet_NaN());
     state_.n_beams = report.n_beams;
     return true;
@@ -168,7 +183,7 @@ void MapThread::insert(const ScanSlot &slot)
         begin_frame(slot, rule);
     }
     const gpom_sensor_t &sensor = config_->sensors[slot.i_sensor].sensor;
-    const std::uint64_t n_unusable = unusable_readings();
+    const gpom_stats_t before = stats();
     gpom_status_t status = GPOM_OK;
     if (slot.is_per_beam) {
         const gpom_sweep_t sweep = {slot.stamp_us, slot.ranges_m, slot.bearings_rad, slot.poses,
@@ -179,17 +194,57 @@ void MapThread::insert(const ScanSlot &slot)
                                   slot.ranges_m, slot.n_ranges};
         status = gpom_scan_insert(map_, &scan, &sensor, &slot.pose);
     }
-    switch (status) {
-    case GPOM_OK:
-        note_inserted(slot, unusable_readings() - n_unusable < slot.n_ranges);
-        break;
-    case GPOM_ERR_REACH:
-        links_.counts->add(GPOM_WIRE_SCANS_OUT_OF_REACH);
-        break;
-    default: // the fields of the scan were checked on arrival: it is the pose
-        links_.counts->add(GPOM_WIRE_SCANS_BAD_POSE);
-        break;
+    if (status != GPOM_OK) {
+        note_refused(slot, status);
+        return;
     }
+    const gpom_stats_t after = stats();
+    const bool is_fresh = unusable(after) - unusable(before) < slot.n_ranges;
+    if (!is_fresh) {
+        note_unusable(slot, before, after);
+    }
+    note_inserted(slot, is_fresh);
+}
+
+void MapThread::note_refused(const ScanSlot &slot, gpom_status_t status)
+{
+    Problem problem = {GPOM_WIRE_PROBLEM_SCAN_BAD_POSE};
+    problem.i_sensor = slot.i_sensor;
+    problem.value = slot.pose.x_m;
+    if (status == GPOM_ERR_REACH) {
+        gpom_point_t origin = {};
+        problem.kind = GPOM_WIRE_PROBLEM_SCAN_OUT_OF_REACH;
+        problem.limit = GPOM_REACH_M;
+        problem.value = gpom_map_origin(map_, &origin) == GPOM_OK
+                            ? std::hypot(slot.pose.x_m - origin.x_m, slot.pose.y_m - origin.y_m)
+                            : 0.0;
+    }
+    // the fields of the scan were checked on arrival: it is the pose
+    links_.counts->add(status == GPOM_ERR_REACH ? GPOM_WIRE_SCANS_OUT_OF_REACH
+                                                : GPOM_WIRE_SCANS_BAD_POSE);
+    links_.problems->note(problem);
+}
+
+/// No reading of a scan says anything: why most of them do not.
+void MapThread::note_unusable(const ScanSlot &slot, const gpom_stats_t &before,
+                              const gpom_stats_t &after)
+{
+    const struct {
+        const char *name;
+        std::uint64_t n;
+    } causes[] = {{"absent, there are none", slot.n_ranges == 0 ? UINT64_MAX : 0},
+                  {"NaN", after.beams_nan - before.beams_nan},
+                  {"0 or negative", after.beams_not_positive - before.beams_not_positive},
+                  {"below range_min_m", after.beams_too_near - before.beams_too_near},
+                  {"in the sensor's masks", after.beams_masked - before.beams_masked}};
+    Problem problem = {GPOM_WIRE_PROBLEM_SCAN_UNUSABLE};
+    problem.i_sensor = slot.i_sensor;
+    std::uint64_t n_most = 0;
+    for (const auto &cause : causes) {
+        problem.text = cause.n > n_most ? cause.name : problem.text;
+        n_most = std::max(n_most, cause.n);
+    }
+    links_.problems->note(problem);
 }
 
 /// Of the map as it is now: no other thread changes it.
@@ -199,20 +254,16 @@ std::uint32_t MapThread::frame_epoch() const
     return gpom_lowres_info(map_, GPOM_LAYER_COARSE, &info) == GPOM_OK ? info.frame_epoch : 0;
 }
 
-/// Readings until now that say nothing of what is around: of a covered sensor all are such.
-std::uint64_t MapThread::unusable_readings() const
+gpom_stats_t MapThread::stats() const
 {
     gpom_stats_t stats = {};
-    return gpom_map_stats(map_, &stats) == GPOM_OK ? stats.beams_nan + stats.beams_not_positive +
-                                                         stats.beams_too_near + stats.beams_masked
-                                                   : 0;
+    return gpom_map_stats(map_, &stats) == GPOM_OK ? stats : gpom_stats_t{};
 }
 
 /// Only a fresh scan, one with a usable reading, keeps the map from going stale.
 void MapThread::note_inserted(const ScanSlot &slot, bool is_fresh)
 {
-    gpom_stats_t stats = {};
-    const bool has_stats = gpom_map_stats(map_, &stats) == GPOM_OK;
+    const gpom_stats_t counted = stats();
     const std::uint32_t epoch = frame_epoch();
     const std::lock_guard<std::mutex> lock(mutex_);
     state_.has_map = true;
@@ -225,9 +276,7 @@ void MapThread::note_inserted(const ScanSlot &slot, bool is_fresh)
     state_.lag_us = wall_us() - slot.stamp_us;
     state_.lag_us_max = std::max(state_.lag_us_max, state_.lag_us);
     state_.n_beams = gpom_map_beam_count(map_);
-    if (has_stats) {
-        state_.stats = stats;
-    }
+    state_.stats = counted;
     links_.counts->add(GPOM_WIRE_SCANS_INSERTED); // last: who sees it counted finds it in the state
 }
 
@@ -247,10 +296,11 @@ void MapThread::answer_one(std::uint32_t i_slot)
                                    static_cast<std::int32_t>(frame_epoch())};
     std::uint8_t bytes[GPOM_WIRE_ANSWER_BYTES(GPOM_WIRE_POINTS_MAX)];
     gpom_wire_answer_status_t status = GPOM_WIRE_ANSWER_OK;
-    const std::size_t n_bytes = answer(links_.queries->slot(i_slot).query, context, bytes, status);
-    const bool is_sent = n_bytes > 0 && links_.bus->send(config_->publish.answer, bytes, n_bytes);
+    const std::size_t n_bytes = answer(links_.queries->slot(i_slot), context, bytes, status);
+    const bool is_sent =
+        n_bytes > 0 && links_.sender->send(config_->publish.answer, bytes, n_bytes);
     const bool is_answered =
-        is_sent && status != GPOM_WIRE_ANSWER_TOO_MANY && status != GPOM_WIRE_ANSWER_BAD_STEP;
+        is_sent && (status == GPOM_WIRE_ANSWER_OK || status == GPOM_WIRE_ANSWER_OUT_OF_REACH);
     links_.counts->add(is_answered ? GPOM_WIRE_QUERIES_ANSWERED : GPOM_WIRE_QUERIES_REFUSED);
 }
 

@@ -3,10 +3,11 @@
 #define GPOM_LINUX_MAPPING_HPP
 
 #include "ports/linux/answers.hpp"
-#include "ports/linux/bus.hpp"
 #include "ports/linux/config.hpp"
 #include "ports/linux/counts.hpp"
+#include "ports/linux/problems.hpp"
 #include "ports/linux/scan_queue.hpp"
+#include "ports/linux/sender.hpp"
 #include "ports/linux/snapshots.hpp"
 
 #include <atomic>
@@ -33,11 +34,12 @@ struct MapState {
 
 /// What the thread works on; all of it outlives the thread.
 struct MapLinks {
-    Bus *bus;
+    Sender *sender; ///< Of this thread alone.
     ScanQueue *scans;
     QueryQueue *queries;
     Snapshots *snapshots;
     Counts *counts;
+    Problems *problems;
 };
 
 class MapThread {
@@ -62,7 +64,9 @@ private:
     void insert(const ScanSlot &slot);
     bool can_begin_frame(const gpom_pose_t &pose, gpom_jump_t &rule) const;
     void begin_frame(const ScanSlot &slot, gpom_jump_t rule);
-    std::uint64_t unusable_readings() const;
+    void note_refused(const ScanSlot &slot, gpom_status_t status);
+    void note_unusable(const ScanSlot &slot, const gpom_stats_t &before, const gpom_stats_t &after);
+    gpom_stats_t stats() const;
     void note_inserted(const ScanSlot &slot, bool is_fresh);
     bool step();
     std::uint32_t frame_epoch() const;

@@ -20,6 +20,8 @@ namespace
 constexpr char kMulticast[] = "udpm://";
 constexpr std::size_t kPrefix = sizeof kMulticast - 1;
 
+constexpr long kTtlMax = 255;
+
 /// The number that an option is set to; 0: it is not there.
 long option(const char *options, const char *name)
 {
@@ -39,7 +41,7 @@ bool has_good_options(const char *options)
     constexpr struct {
         const char *name;
         long most;
-    } kOptions[] = {{"ttl=", 255}, {"recv_buf_size=", INT_MAX}};
+    } kOptions[] = {{"ttl=", kTtlMax}, {"recv_buf_size=", INT_MAX}};
     for (const char *at = options; *at != '\0'; at += std::strcspn(at, "&")) {
         ++at; // past ? or &
         bool is_good = false;
@@ -84,6 +86,8 @@ bool parse_network(const char *url, Network &network)
     network.group.sin_port = htons(static_cast<std::uint16_t>(port));
     const long buffer_bytes = option(start + std::strcspn(start, "?"), "recv_buf_size");
     network.buffer_bytes = static_cast<int>(std::clamp<long>(buffer_bytes, 0, INT_MAX));
+    const long ttl = option(start + std::strcspn(start, "?"), "ttl");
+    network.ttl = static_cast<int>(std::clamp<long>(ttl, 0, kTtlMax));
     return port > 0 && port <= UINT16_MAX &&
            inet_pton(AF_INET, address, &network.group.sin_addr) == 1;
 }

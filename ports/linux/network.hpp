@@ -10,6 +10,7 @@ namespace gpomd
 struct Network {
     sockaddr_in group;
     int buffer_bytes; ///< Of the receiving socket; 0: not said.
+    int ttl;          ///< Networks that a datagram may pass; 0: it stays on this machine.
 };
 
 /// Does a URL name a network of UDP multicast, whatever else is in it?

@@ -10,10 +10,21 @@ bool PoseRing::is_finite(const StampedPose &pose)
     return std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.yaw_rad);
 }
 
-bool PoseRing::push(const StampedPose &pose)
+/// Without this, one pose from the future would keep all others out until its time has come.
+void PoseRing::give_way(std::int64_t stamp_us)
+{
+    for (; n_ > 0 && nth(n_ - 1).stamp_us >= stamp_us && stamp_us > sure_us_; --n_) {
+        ++n_gave_way_;
+    }
+}
+
+bool PoseRing::push(const StampedPose &pose, std::int64_t now_us)
 {
     if (!is_finite(pose)) {
         return false;
+    }
+    if (pose.stamp_us <= now_us) {
+        give_way(pose.stamp_us);
     }
     if (n_ > 0 && pose.stamp_us <= nth(n_ - 1).stamp_us) {
         n_behind_ = pose.stamp_us > behind_us_ ? n_behind_ + 1 : 1;
@@ -23,6 +34,7 @@ bool PoseRing::push(const StampedPose &pose)
         }
         n_ = 0;
         is_after_jump_ = false;
+        sure_us_ = INT64_MIN;
     }
     n_behind_ = 0;
     behind_us_ = pose.stamp_us;
@@ -33,6 +45,7 @@ bool PoseRing::push(const StampedPose &pose)
     }
     poses_[(first_ + n_) % kPoses] = pose;
     ++n_;
+    sure_us_ = pose.stamp_us <= now_us ? pose.stamp_us : sure_us_;
     return true;
 }
 

@@ -51,8 +51,12 @@ public:
 
     static bool is_finite(const StampedPose &pose);
 
-    /// Take a pose. False: not finite, or not newer than the newest.
-    bool push(const StampedPose &pose);
+    /// Take a pose, at a time of the clock that stamps are of. False: not finite, or not newer than
+    /// the newest. Poses that were ahead of the clock when they came give way to one that is not.
+    bool push(const StampedPose &pose, std::int64_t now_us = INT64_MAX);
+
+    /// Poses that gave way so far.
+    std::uint32_t n_gave_way() const { return n_gave_way_; }
 
     /// Take the newest pose back; there must be one.
     void drop_newest() { --n_; }
@@ -68,12 +72,15 @@ public:
 
 private:
     const StampedPose &nth(std::size_t i) const { return poses_[(first_ + i) % kPoses]; }
+    void give_way(std::int64_t stamp_us);
     std::size_t first_not_before(std::int64_t stamp_us) const;
 
     StampedPose poses_[kPoses] = {};
     std::size_t first_ = 0;
     std::size_t n_ = 0;
-    bool is_after_jump_ = false; ///< The oldest pose is the first of its frame.
+    bool is_after_jump_ = false;       ///< The oldest pose is the first of its frame.
+    std::int64_t sure_us_ = INT64_MIN; ///< Newer poses were ahead of the clock when they came.
+    std::uint32_t n_gave_way_ = 0;
     std::int64_t behind_us_ = 0; ///< Stamp of the last one that came behind.
     std::uint32_t n_behind_ = 0; ///< So many in a row.
 };

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <thread>
 
 namespace gpomd
 {
@@ -14,15 +13,18 @@ namespace gpomd
 namespace
 {
 
-/// Tiles sent in one go, and the pause after them: receivers' buffers are small.
-constexpr std::uint32_t kBurstTiles = 16;
-constexpr std::chrono::microseconds kBurstPause{1000};
+/// How long after SIGTERM messages still wait for a slow network.
+constexpr std::int64_t kLast_us = 500000;
 
 /// Log-odds of MBot's grids are int8 without a stated unit; here 1 / 16.
 constexpr double kLogOddsUnits = 16.0;
 
 constexpr std::size_t kGridHeadBytes = 40;
 constexpr std::size_t kPixelHeadBytes = 70;
+
+/// Whole maps that messages cause, by asking or by jumps of the pose, are so far apart at least: a
+/// few bytes on the bus must not become many.
+constexpr std::int64_t kWholePeriod_us = 1000000;
 
 /// Copies of the map in a row that a jump of its frame may spoil.
 constexpr int kCopyTries = 4;
@@ -93,11 +95,11 @@ std::size_t Publisher::need(const Config &config)
            Memory::need<std::uint8_t>(message_need(config));
 }
 
-void Publisher::init(const Config &config, Memory &memory, Bus &bus, MapThread &mapping,
+void Publisher::init(const Config &config, Memory &memory, Sender &sender, MapThread &mapping,
                      Counts &counts)
 {
     config_ = &config;
-    bus_ = &bus;
+    sender_ = &sender;
     mapping_ = &mapping;
     counts_ = &counts;
     n_cells_ = std::uint32_t{config.map.lowres_nx} * config.map.lowres_ny;
@@ -115,9 +117,9 @@ void Publisher::run(const std::atomic<bool> &stop)
     Turn changes(config_->publish.map_period_us);
     Turn keyframes(config_->publish.keyframe_period_us);
     Turn grids(config_->publish.grid_period_us);
+    stop_ = &stop;
     while (!stop.load(std::memory_order_relaxed)) {
         pulse_.fetch_add(1, std::memory_order_relaxed);
-        bool is_requested = false;
         {
             std::unique_lock<std::mutex> lock(mutex_);
             const std::chrono::microseconds wait(
@@ -126,13 +128,10 @@ void Publisher::run(const std::atomic<bool> &stop)
             is_woken_ = false;
         }
         const std::int64_t now_us = monotonic_us();
-        if (!changes.has_come(now_us) || !copy()) {
+        if (!changes.has_come(now_us) || !copy() || !may_begin_epoch(now_us)) {
             continue;
         }
-        {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            std::swap(is_requested, is_requested_);
-        }
+        const bool is_requested = take_request(now_us);
         send_map(keyframes.has_come(now_us) || is_requested);
         if (grids.has_come(now_us)) {
             send_grid();
@@ -142,6 +141,32 @@ void Publisher::run(const std::atomic<bool> &stop)
     if (copy()) {
         send_map(true);
     }
+}
+
+/// Was a keyframe asked for, and may it go out already? Else the request stays.
+bool Publisher::take_request(std::int64_t now_us)
+{
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!is_requested_ || now_us < request_due_us_) {
+        return false;
+    }
+    is_requested_ = false;
+    request_due_us_ = now_us + kWholePeriod_us;
+    return true;
+}
+
+/// False: the frame has jumped again too soon. Nothing is sent then, since tiles of two frames do
+/// not fit each other.
+bool Publisher::may_begin_epoch(std::int64_t now_us)
+{
+    if (!has_sent_ || info_.frame_epoch == sent_info_.frame_epoch) {
+        return true;
+    }
+    if (now_us < epoch_due_us_) {
+        return false;
+    }
+    epoch_due_us_ = now_us + kWholePeriod_us;
+    return true;
 }
 
 void Publisher::request_keyframe()
@@ -157,6 +182,26 @@ void Publisher::wake()
         is_woken_ = true;
     }
     changed_.notify_one();
+}
+
+/// Send what was encoded into `message_`, as fast as the network takes it: a slow one gets fewer
+/// maps, not older ones. False: nothing was encoded, or it did not go out.
+bool Publisher::send(const char *channel, std::size_t n_bytes)
+{
+    return n_bytes > 0 && sender_->send(channel, message_, n_bytes, {goes_on, this});
+}
+
+/// Waiting for the network is a sign of life, and ends soon after the daemon is told to stop.
+bool Publisher::goes_on(void *publisher)
+{
+    Publisher &self = *static_cast<Publisher *>(publisher);
+    self.pulse_.fetch_add(1, std::memory_order_relaxed);
+    if (!self.stop_->load(std::memory_order_relaxed)) {
+        return true;
+    }
+    const std::int64_t now_us = monotonic_us();
+    self.end_us_ = self.end_us_ == 0 ? now_us + kLast_us : self.end_us_;
+    return now_us < self.end_us_;
 }
 
 /// Copy cells and state, of one frame. False: there is no map yet, or the raster or the frame kept
@@ -199,9 +244,6 @@ void Publisher::send_map(bool is_keyframe)
             const bool is_sent =
                 send_tile(i, i_sent++, static_cast<std::uint16_t>(n_sent), is_whole);
             is_published = is_published || is_sent;
-            if (i_sent % kBurstTiles == 0) {
-                std::this_thread::sleep_for(kBurstPause);
-            }
         }
     }
     if (!is_published) {
@@ -281,7 +323,7 @@ bool Publisher::send_tile(std::uint32_t i_tile, std::uint16_t i_sent, std::uint1
     tile.probability = codes_ + at;
     tile.variance_class = codes_ + at + kTileCells;
     const std::size_t n_bytes = gpom_wire_map_encode(&tile, message_, message_bytes_);
-    if (n_bytes == 0 || !bus_->send(config_->publish.map, message_, n_bytes)) {
+    if (!send(config_->publish.map, n_bytes)) {
         return false;
     }
     std::memcpy(sent_ + at, codes_ + at, 2 * kTileCells);
@@ -309,9 +351,7 @@ void Publisher::send_grid()
                                              cells};
     const std::size_t n_bytes =
         gpom_wire_occupancy_grid_encode(&grid, message_, message_bytes_ - n_cells_);
-    if (n_bytes > 0) {
-        bus_->send(config_->publish.grid, message_, n_bytes);
-    }
+    send(config_->publish.grid, n_bytes);
 }
 
 /// libbot's pixel map: centre of cell 0, probability as float; 0.5 where nothing is known, as its
@@ -344,9 +384,7 @@ void Publisher::send_pixels()
     map.n_bytes = static_cast<std::uint32_t>(n_pixel_bytes);
     const std::size_t n_bytes =
         gpom_wire_pixel_map_encode(&map, message_, message_bytes_ - n_pixel_bytes);
-    if (n_bytes > 0) {
-        bus_->send(config_->publish.pixels, message_, n_bytes);
-    }
+    send(config_->publish.pixels, n_bytes);
 }
 
 } // namespace gpomd

@@ -2,10 +2,10 @@
 #ifndef GPOM_LINUX_PUBLISHER_HPP
 #define GPOM_LINUX_PUBLISHER_HPP
 
-#include "ports/linux/bus.hpp"
 #include "ports/linux/config.hpp"
 #include "ports/linux/counts.hpp"
 #include "ports/linux/mapping.hpp"
+#include "ports/linux/sender.hpp"
 
 #include <atomic>
 #include <condition_variable>
@@ -20,11 +20,12 @@ namespace gpomd
 class Publisher {
 public:
     static std::size_t need(const Config &config);
-    void init(const Config &config, Memory &memory, Bus &bus, MapThread &mapping, Counts &counts);
+    void init(const Config &config, Memory &memory, Sender &sender, MapThread &mapping,
+              Counts &counts);
 
-    /// Work until `stop`; then send a last keyframe.
+    /// Work until `stop`; then send a last keyframe, as far as the network takes it at once.
     void run(const std::atomic<bool> &stop);
-    /// Send a keyframe at the next turn.
+    /// Send a keyframe at the next turn, or a second after the last one that was asked for.
     void request_keyframe();
     /// Look at `stop` now.
     void wake();
@@ -32,7 +33,11 @@ public:
     std::uint64_t pulse() const { return pulse_.load(std::memory_order_relaxed); }
 
 private:
+    bool send(const char *channel, std::size_t n_bytes);
+    static bool goes_on(void *publisher);
     bool copy();
+    bool take_request(std::int64_t now_us);
+    bool may_begin_epoch(std::int64_t now_us);
     void send_map(bool is_keyframe);
     void note_raster();
     void encode_tile(std::uint32_t i_tile);
@@ -44,7 +49,7 @@ private:
     void send_pixels();
 
     const Config *config_ = nullptr;
-    Bus *bus_ = nullptr;
+    Sender *sender_ = nullptr; ///< Of this thread alone.
     MapThread *mapping_ = nullptr;
     Counts *counts_ = nullptr;
 
@@ -61,6 +66,7 @@ private:
     gpom_lowres_info_t sent_info_ = {};
     std::int64_t sent_stamp_us_ = 0;
     bool has_sent_ = false;
+    std::int64_t request_due_us_ = 0, epoch_due_us_ = 0; ///< No whole map of that cause before.
     std::uint32_t map_sequence_ = 0;
 
     std::mutex mutex_;
@@ -68,6 +74,8 @@ private:
     bool is_requested_ = false; ///< Guarded by mutex_.
     bool is_woken_ = false;     ///< Guarded by mutex_.
     std::atomic<std::uint64_t> pulse_{0};
+    const std::atomic<bool> *stop_ = nullptr;
+    std::int64_t end_us_ = 0; ///< When the last message is given up; monotonic, 0: not stopping.
 };
 
 } // namespace gpomd

@@ -7,9 +7,10 @@
 namespace gpomd
 {
 
-StatusSender::StatusSender(const Config &config, Bus &bus, MapThread &mapping, Counts &counts)
-    : config_(config), bus_(bus), mapping_(mapping), counts_(counts), started_us_(monotonic_us()),
-      last_us_(started_us_)
+StatusSender::StatusSender(const Config &config, Sender &sender, MapThread &mapping, Counts &counts,
+                           Problems &problems)
+    : config_(config), sender_(sender), mapping_(mapping), counts_(counts), problems_(problems),
+      started_us_(monotonic_us()), last_us_(started_us_)
 {
 }
 
@@ -23,7 +24,6 @@ void StatusSender::send(bool is_stopping)
     if (gpom_lowres_info(mapping_.map(), GPOM_LAYER_COARSE, &info) == GPOM_OK) {
         n_dirty_ = info.n_dirty;
     }
-    add_map_counts(state.stats);
     gpom_wire_status_t status = {};
     status.stamp_us = wall_us();
     status.sequence = sequence_++;
@@ -49,10 +49,12 @@ void StatusSender::send(bool is_stopping)
         status.counts[i] = last_counts_[i] = counts_[i];
     }
     status.counts[GPOM_WIRE_SCANS_INSERTED] = n_inserted;
+    gpom_wire_count_beams(&state.stats, status.counts);
+    status.counts[GPOM_WIRE_PROBLEMS] = problems_.bits();
     last_us_ = now_us;
     std::uint8_t bytes[GPOM_WIRE_STATUS_BYTES];
     const std::size_t n_bytes = gpom_wire_status_encode(&status, bytes, sizeof bytes);
-    bus_.send(config_.publish.status, bytes, n_bytes);
+    sender_.send(config_.publish.status, bytes, n_bytes);
 }
 
 /// What was counted since the last status, per second.
@@ -69,21 +71,6 @@ gpom_wire_state_t StatusSender::state_of(const MapState &state, std::int64_t n_i
     }
     const bool is_stale = monotonic_us() - state.fresh_us > config_.publish.stale_after_us;
     return is_stale ? GPOM_WIRE_STATE_STALE : GPOM_WIRE_STATE_MAPPING;
-}
-
-/// Beams are counted by the library.
-void StatusSender::add_map_counts(const gpom_stats_t &stats)
-{
-    const auto set = [this](std::size_t place, std::uint64_t n) {
-        counts_.set(place, static_cast<std::int64_t>(n));
-    };
-    set(GPOM_WIRE_BEAMS_HIT, stats.beams_hit);
-    set(GPOM_WIRE_BEAMS_NO_RETURN, stats.beams_no_return);
-    set(GPOM_WIRE_BEAMS_NAN, stats.beams_nan);
-    set(GPOM_WIRE_BEAMS_NOT_POSITIVE, stats.beams_not_positive);
-    set(GPOM_WIRE_BEAMS_TOO_NEAR, stats.beams_too_near);
-    set(GPOM_WIRE_BEAMS_MASKED, stats.beams_masked);
-    set(GPOM_WIRE_BEAMS_FULL, stats.beams_redundant + gpom_stats_evicted(&stats));
 }
 
 } // namespace gpomd

@@ -2,10 +2,10 @@
 #ifndef GPOM_LINUX_STATUS_HPP
 #define GPOM_LINUX_STATUS_HPP
 
-#include "ports/linux/bus.hpp"
 #include "ports/linux/config.hpp"
 #include "ports/linux/counts.hpp"
 #include "ports/linux/mapping.hpp"
+#include "ports/linux/sender.hpp"
 
 #include <cstdint>
 
@@ -15,19 +15,20 @@ namespace gpomd
 /// Sends a status when asked to. Used by one thread.
 class StatusSender {
 public:
-    StatusSender(const Config &config, Bus &bus, MapThread &mapping, Counts &counts);
+    StatusSender(const Config &config, Sender &sender, MapThread &mapping, Counts &counts,
+                 Problems &problems);
 
     void send(bool is_stopping);
 
 private:
     float rate_of(std::size_t place, std::int64_t span_us);
     gpom_wire_state_t state_of(const MapState &state, std::int64_t n_inserted) const;
-    void add_map_counts(const gpom_stats_t &stats);
 
     const Config &config_;
-    Bus &bus_;
+    Sender &sender_;
     MapThread &mapping_;
     Counts &counts_;
+    Problems &problems_;
     std::int64_t started_us_;
     std::int64_t last_us_;
     std::int64_t last_counts_[GPOM_WIRE_COUNTS] = {};

@@ -143,7 +143,7 @@ void Subscriber::renew_membership()
 
 /// Bytes of the datagram that is next; negative: there is none. With it the socket tells how many
 /// it had no room for.
-ssize_t Subscriber::take_datagram(std::uint64_t &sender)
+ssize_t Subscriber::take_datagram()
 {
     sockaddr_in from = {};
     iovec piece = {datagram_, kDatagramBytes};
@@ -162,15 +162,14 @@ ssize_t Subscriber::take_datagram(std::uint64_t &sender)
         std::memcpy(&n_lost_, CMSG_DATA(note), sizeof n_lost_);
         counts_->add(GPOM_WIRE_DATAGRAMS_LOST, n_lost_ - n_lost_before);
     }
-    sender = std::uint64_t{from.sin_addr.s_addr} << 16 | from.sin_port;
+    sender_ = std::uint64_t{from.sin_addr.s_addr} << 16 | from.sin_port;
     return n_bytes;
 }
 
 void Subscriber::handle(int wait_ms)
 {
     pollfd ready = {fd_, POLLIN, 0};
-    std::uint64_t sender = 0;
-    const ssize_t n_bytes = poll(&ready, 1, wait_ms) > 0 ? take_datagram(sender) : -1;
+    const ssize_t n_bytes = poll(&ready, 1, wait_ms) > 0 ? take_datagram() : -1;
     const std::int64_t now_us = monotonic_us();
     if (now_us - renewed_us_ >= kRenewPeriod_us) {
         renewed_us_ = now_us;
@@ -179,7 +178,7 @@ void Subscriber::handle(int wait_ms)
     if (n_bytes < 0) {
         gpom_wire_receiver_expire(&receiver_, now_us);
     } else {
-        const gpom_wire_arrival_t arrival = {datagram_, static_cast<std::size_t>(n_bytes), sender,
+        const gpom_wire_arrival_t arrival = {datagram_, static_cast<std::size_t>(n_bytes), sender_,
                                              now_us};
         gpom_wire_message_t message = {};
         if (gpom_wire_receive(&receiver_, &arrival, &message)) {
@@ -191,6 +190,9 @@ void Subscriber::handle(int wait_ms)
 
 void Subscriber::deliver(const gpom_wire_message_t &message) const
 {
+    if (all_.receive != nullptr) {
+        all_.receive(all_.ctx, message.channel, message.payload, message.payload_bytes);
+    }
     for (std::size_t i = 0; i < n_subscriptions_; ++i) {
         const Subscription &to = subscriptions_[i];
         if (std::strcmp(to.channel, message.channel) == 0) {

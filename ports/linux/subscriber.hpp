@@ -38,6 +38,12 @@ public:
     /// kSubscriptionsMax times; `channel` stays the caller's.
     void subscribe(const char *channel, Receive receive, void *ctx);
 
+    /// Have every message, of whatever channel, handed to `receive` before that.
+    void hear_all(Receive receive, void *ctx) { all_ = {nullptr, receive, ctx}; }
+
+    /// Of the message that is being handed over: address << 16 | port, both as in the datagram.
+    std::uint64_t sender() const { return sender_; }
+
     /// Join the network. NULL, or in one sentence what is wrong and what to do; static storage.
     const char *open(const char *url);
 
@@ -58,7 +64,7 @@ private:
     };
 
     void renew_membership();
-    ssize_t take_datagram(std::uint64_t &sender);
+    ssize_t take_datagram();
     void deliver(const gpom_wire_message_t &message) const;
     void count_drops();
 
@@ -67,6 +73,8 @@ private:
     std::uint8_t *datagram_ = nullptr;
     Subscription subscriptions_[kSubscriptionsMax] = {};
     std::size_t n_subscriptions_ = 0;
+    Subscription all_ = {};
+    std::uint64_t sender_ = 0;
     std::uint32_t n_lost_ = 0; ///< Datagrams, as the socket counts them: modulo 2^32.
     int fd_ = -1;
     in_addr group_ = {};

@@ -2,6 +2,7 @@
  * memory. Nothing waits, and each run is the same. Returns 0 if all is as expected. */
 #include "ports/uart/device.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -70,6 +71,7 @@ static void make_device(void)
     gpom_device_config_t config;
     gpom_device_config_init(&config);
     config.map.beam_max = BEAM_MAX;
+    config.map.keep_m = 0.1f;
     config.map.lowres_cell_m = 0.5;
     config.map.lowres_nx = config.map.lowres_ny = N_SIDE;
     config.map.lowres_y0_m = -4.0;
@@ -91,19 +93,20 @@ static void run_ms(int n_ms)
     }
 }
 
-/* Put a scan of a wall 5 m ahead onto the line. */
-static void send_scan(uint32_t sequence)
+/* Put a scan of so many metres all round onto the line, taken at x. */
+static void send_ranges(uint32_t sequence, double x_m, float range_m)
 {
     static uint16_t number;
     static uint8_t datagram[GPOM_WIRE_DATAGRAM_BYTES];
     float ranges_m[RANGES_MAX];
     for (int i = 0; i < RANGES_MAX; ++i) {
-        ranges_m[i] = 5.0f;
+        ranges_m[i] = range_m;
     }
     gpom_wire_scan_t scan;
     memset(&scan, 0, sizeof scan);
     scan.stamp_us = 100000 * (int64_t)(sequence + 1);
     scan.sequence = sequence;
+    scan.pose[0] = x_m;
     scan.angle_min_rad = -0.45;
     scan.angle_step_rad = 0.01;
     scan.ranges_m.values = ranges_m;
@@ -115,6 +118,9 @@ static void send_scan(uint32_t sequence)
     number = gpom_uart_frame_next_number(number);
     bench.n_in += gpom_uart_frame_write(&frame, bench.in + bench.n_in, LINE_BYTES - bench.n_in);
 }
+
+/* Put a scan of a wall 5 m ahead onto the line. */
+static void send_scan(uint32_t sequence) { send_ranges(sequence, 0.0, 5.0f); }
 
 /* The newest message of a channel among what the device sent. False: none. */
 static bool find_message(const char *channel, gpom_wire_message_t *found)
@@ -192,6 +198,9 @@ static void test_wall(void)
     gpom_wire_status_t status = newest_status();
     expect(status.state == GPOM_WIRE_STATE_MAPPING, "scans come: it is mapping");
     expect(status.counts[GPOM_WIRE_SCANS_INSERTED] == 10, "all ten are in the map");
+    expect(status.counts[GPOM_WIRE_BEAMS_HIT] + status.counts[GPOM_WIRE_BEAMS_KNOWN] ==
+               10 * RANGES_MAX,
+           "each range is in one counter: kept, or known already");
     expect(class_at(5.1, 0.0) == GPOM_OCCUPIED, "the wall is occupied");
     expect(class_at(3.1, 0.0) == GPOM_FREE, "the way to it is free");
     run_ms(2500);
@@ -205,11 +214,33 @@ static void test_lost_and_repeated(void)
     send_scan(0);
     send_scan(4);
     send_scan(4);
+    send_scan(2000000000); /* no sensor sends so many: its numbers began anew */
     run_ms(1500);
     const gpom_wire_status_t status = newest_status();
     expect(status.counts[GPOM_WIRE_SCANS_LOST] == 3, "three scans between are lost");
     expect(status.counts[GPOM_WIRE_SCANS_REPEATED] == 1, "one came twice");
-    expect(status.counts[GPOM_WIRE_SCANS_INSERTED] == 2, "two are in the map");
+    expect(status.counts[GPOM_WIRE_SCANS_INSERTED] == 3, "the others are in the map");
+}
+
+/* Scans that go on coming but tell nothing, for two seconds: refused because of their x, or without
+ * a usable reading. */
+static void test_stale(double x_m, float range_m)
+{
+    make_device();
+    send_scan(0);
+    for (uint32_t i = 1; i < 25; ++i) {
+        send_ranges(i, x_m, range_m);
+        run_ms(100);
+    }
+    run_ms(100);
+    const gpom_wire_status_t status = newest_status();
+    const int64_t n_refused = status.counts[GPOM_WIRE_SCANS_BAD_POSE];
+    const int64_t n_received = status.counts[GPOM_WIRE_SCANS_RECEIVED];
+    expect(n_received > 15, "scans go on coming");
+    expect(status.counts[GPOM_WIRE_SCANS_INSERTED] + n_refused == n_received,
+           "each is counted once");
+    expect(n_refused == 0 || status.scan_stamp_us == 100000, "the newest is the last inserted");
+    expect(status.state == GPOM_WIRE_STATE_STALE, "the map is stale");
 }
 
 int main(void)
@@ -217,6 +248,8 @@ int main(void)
     test_silence();
     test_wall();
     test_lost_and_repeated();
+    test_stale(NAN, 5.0f);
+    test_stale(0.0, 0.0f);
     printf("host_test: %d failed\n", n_failed);
     return n_failed > 0;
 }

@@ -15,6 +15,11 @@ static const char request_channel[] = "GPOM_MAP_REQUEST";
 #define STEP_MAX_RAD 10.0
 #define STAMP_MAX_US (INT64_MAX / 4)
 
+/* No sensor scans more often, and so many numbers may be missing at once: a number farther ahead is
+ * that of a sender which began to count anew. */
+#define SCAN_PERIOD_MIN_US 100
+#define LOST_MAX 1000
+
 /* So many scans in a row, in order, that are older than the newest: the sender's clock was set
  * back, and is followed. */
 enum { SET_BACK_SCANS = 10 };
@@ -132,25 +137,38 @@ static bool is_set_back(gpom_device_t *device, int64_t stamp_us)
 }
 
 /* Is a scan later than the newest? A lower number with a later stamp: the sender began anew. */
-static bool is_next(gpom_device_t *device, const gpom_wire_scan_t *scan)
+static bool is_next(gpom_device_t *device, const gpom_wire_scan_t *scan, int64_t now_us)
 {
     const int32_t ahead = (int32_t)(scan->sequence - device->sequence);
-    if (device->has_sequence && (ahead == 0 || scan->stamp_us == device->stamp_us)) {
+    if (device->has_sequence && (ahead == 0 || scan->stamp_us == device->newest_us)) {
         ++device->counts[GPOM_WIRE_SCANS_REPEATED];
         return false;
     }
-    if (device->has_sequence && scan->stamp_us < device->stamp_us &&
+    if (device->has_sequence && scan->stamp_us < device->newest_us &&
         !is_set_back(device, scan->stamp_us)) {
         ++device->counts[ahead < 0 ? GPOM_WIRE_SCANS_REORDERED : GPOM_WIRE_SCANS_JUMPED_BACK];
         return false;
     }
-    if (device->has_sequence && ahead > 1) {
+    const int64_t since_us = now_us - device->sequence_us;
+    if (device->has_sequence && ahead > 1 && ahead <= LOST_MAX + since_us / SCAN_PERIOD_MIN_US) {
         device->counts[GPOM_WIRE_SCANS_LOST] += ahead - 1;
     }
     device->has_sequence = true;
     device->sequence = scan->sequence;
+    device->sequence_us = now_us;
+    device->newest_us = scan->stamp_us;
     device->n_behind = 0;
     return true;
+}
+
+/* Readings until now that say nothing of what is around: of a covered sensor all are such. */
+static uint64_t unusable_readings(const gpom_device_t *device)
+{
+    gpom_stats_t stats;
+    return gpom_map_stats(device->map, &stats) == GPOM_OK
+               ? stats.beams_nan + stats.beams_not_positive + stats.beams_too_near +
+                     stats.beams_masked
+               : 0;
 }
 
 static void insert(gpom_device_t *device, const gpom_wire_scan_t *wire, int64_t arrived_us)
@@ -163,8 +181,7 @@ static void insert(gpom_device_t *device, const gpom_wire_scan_t *wire, int64_t 
                               is_exact ? NULL : wire->pose_cov};
     const gpom_scan_t scan = {wire->stamp_us, wire->angle_min_rad, wire->angle_step_rad,
                               device->ranges_m, wire->ranges_m.n};
-    device->stamp_us = wire->stamp_us;
-    device->arrived_us = arrived_us;
+    const uint64_t n_unusable = unusable_readings(device);
     const gpom_status_t status =
         gpom_scan_insert(device->map, &scan, &device->config.sensor, &pose);
     if (status != GPOM_OK) { /* the scan's other fields were checked: it is the pose */
@@ -173,6 +190,11 @@ static void insert(gpom_device_t *device, const gpom_wire_scan_t *wire, int64_t 
         return;
     }
     ++device->counts[GPOM_WIRE_SCANS_INSERTED];
+    device->stamp_us = wire->stamp_us;
+    device->arrived_us = arrived_us;
+    if (unusable_readings(device) - n_unusable < scan.n_ranges) {
+        device->fresh_us = arrived_us;
+    }
     memcpy(device->pose, wire->pose, sizeof device->pose);
     device->lag_us = device->port.now_us(device->port.ctx) - arrived_us;
     device->lag_us_max = device->lag_us > device->lag_us_max ? device->lag_us : device->lag_us_max;
@@ -194,7 +216,7 @@ static void take_scan(gpom_device_t *device, const gpom_wire_message_t *message,
     }
     if (fault != GPOM_WIRE_OK) {
         ++device->counts[place_of(fault)];
-    } else if (is_next(device, &scan)) {
+    } else if (is_next(device, &scan, now_us)) {
         insert(device, &scan, now_us);
     }
 }

@@ -7,12 +7,13 @@
  *  ever, by a main loop or a timer; what one call does is bounded.
  *
  *      in   GPOM_SCAN          gpom.scan_t of the one sensor
- *           GPOM_MAP_REQUEST   any bytes: a keyframe, please
+ *           GPOM_MAP_REQUEST   any bytes: a keyframe, please; at most one a second is sent
  *      out  GPOM_MAP           gpom.map_t: changed tiles, and all tiles now and then
  *           GPOM_STATUS        gpom.status_t
  *
- *  The device knows no calendar: a stamp that it gives is that of the newest scan plus the time
- *  since that came, and 0 before the first; the status' lag is from a scan's last byte on. */
+ *  The device knows no calendar: a stamp that it gives is that of the newest scan in the map plus
+ *  the time since that came, and 0 before the first; the status' lag is from a scan's last byte on.
+ */
 #ifndef GPOM_UART_DEVICE_H
 #define GPOM_UART_DEVICE_H
 
@@ -61,7 +62,8 @@ typedef struct {
     int64_t map_period_us;      /**< Between publications of what changed. Default 200,000. */
     int64_t keyframe_period_us; /**< Between publications of all tiles. Default 5,000,000. */
     int64_t status_period_us;   /**< Default 1,000,000. */
-    int64_t stale_after_us;     /**< No scan for so long: state STALE. Default 1,000,000. */
+    int64_t stale_after_us;     /**< No scan with a usable reading inserted for so long: state
+                                    STALE. Default 1,000,000. */
 } gpom_device_config_t;
 
 /** Bytes of memory for a device: a constant expression for a static array. n_points = n_hits +
@@ -89,10 +91,13 @@ typedef struct {
     gpom_scratch_t scratch;
     float *ranges_m;
     int64_t started_us;
-    /* the newest scan */
-    int64_t stamp_us, arrived_us, lag_us, lag_us_max;
+    /* the newest scan in the map, and when the last one with a usable reading came */
+    int64_t stamp_us, arrived_us, lag_us, lag_us_max, fresh_us;
     double pose[3];
+    /* the newest scan that came in order, in the map or refused by it */
+    int64_t newest_us;
     uint32_t sequence;
+    int64_t sequence_us; /* when it came */
     bool has_sequence;
     uint32_t n_behind; /* scans in a row behind the newest, and the last one's stamp */
     int64_t behind_us;
@@ -109,7 +114,7 @@ typedef struct {
     uint32_t map_sequence;
     int64_t sent_stamp_us;
     bool is_keyframe, is_requested, has_sent;
-    int64_t map_due_us, keyframe_due_us;
+    int64_t map_due_us, keyframe_due_us, request_due_us;
     /* the status */
     uint32_t status_sequence;
     int64_t status_due_us, status_us;

@@ -7,6 +7,9 @@
 static const char map_channel[] = "GPOM_MAP";
 static const char status_channel[] = "GPOM_STATUS";
 
+/* Keyframes that were asked for are so far apart at least: they would fill the line. */
+#define REQUEST_PERIOD_US 1000000
+
 static uint32_t ceil_div(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
 
 static uint32_t min_u32(uint32_t a, uint32_t b) { return a < b ? a : b; }
@@ -20,7 +23,9 @@ uint32_t gpom_device_tile_count(const gpom_config_t *config)
 /* The newest scan's stamp and what went by since. */
 static int64_t stamp_of(const gpom_device_t *device, int64_t now_us)
 {
-    return device->has_sequence ? device->stamp_us + (now_us - device->arrived_us) : 0;
+    return device->counts[GPOM_WIRE_SCANS_INSERTED] > 0
+               ? device->stamp_us + (now_us - device->arrived_us)
+               : 0;
 }
 
 /* Write what is before a message. Bytes. */
@@ -130,20 +135,28 @@ static uint16_t count_bits(uint64_t bits)
     return n;
 }
 
+/* A keyframe was asked for, and may go out already. */
+static bool has_request(const gpom_device_t *device, int64_t now_us)
+{
+    return device->is_requested && now_us >= device->request_due_us;
+}
+
 /* Begin a publication: which tiles? Where nothing changed but scans came, the robot's: its stamp
  * tells that the map is fresh. */
 static void begin_map(gpom_device_t *device, int64_t now_us)
 {
     const gpom_raster_t before = device->info.raster;
     const uint32_t epoch = device->info.frame_epoch;
-    if (!device->has_sequence ||
+    if (device->counts[GPOM_WIRE_SCANS_INSERTED] == 0 ||
         gpom_lowres_info(device->map, GPOM_LAYER_COARSE, &device->info) != GPOM_OK) {
         return; /* nothing to tell yet */
     }
     const bool is_same = device->has_sent && before.x0_m == device->info.raster.x0_m &&
                          before.y0_m == device->info.raster.y0_m &&
                          epoch == device->info.frame_epoch;
-    device->is_keyframe = !is_same || device->is_requested || now_us >= device->keyframe_due_us;
+    const bool is_requested = has_request(device, now_us);
+    device->is_keyframe = !is_same || is_requested || now_us >= device->keyframe_due_us;
+    device->request_due_us = is_requested ? now_us + REQUEST_PERIOD_US : device->request_due_us;
     device->tiles_left = 0;
     for (uint32_t i = 0; i < device->n_tiles; ++i) {
         const tile_t tile = tile_of(device, i);
@@ -180,7 +193,7 @@ static bool send_map(gpom_device_t *device, int64_t now_us)
         device->tiles_left = 0;
         ++device->map_sequence;
     }
-    if (device->tiles_left == 0 && (now_us >= device->map_due_us || device->is_requested)) {
+    if (device->tiles_left == 0 && (now_us >= device->map_due_us || has_request(device, now_us))) {
         device->map_due_us = now_us + device->config.map_period_us;
         begin_map(device, now_us);
     }
@@ -198,8 +211,8 @@ static gpom_wire_state_t state_of(const gpom_device_t *device, int64_t now_us)
     if (device->counts[GPOM_WIRE_SCANS_INSERTED] == 0) {
         return GPOM_WIRE_STATE_STARTING;
     }
-    return now_us - device->arrived_us > device->config.stale_after_us ? GPOM_WIRE_STATE_STALE
-                                                                       : GPOM_WIRE_STATE_MAPPING;
+    return now_us - device->fresh_us > device->config.stale_after_us ? GPOM_WIRE_STATE_STALE
+                                                                     : GPOM_WIRE_STATE_MAPPING;
 }
 
 /* Counters that others keep. */
@@ -209,14 +222,7 @@ static void add_counts(const gpom_device_t *device, int64_t *counts)
     const gpom_wire_receiver_stats_t *const datagrams = &device->receiver.stats;
     gpom_stats_t beams;
     if (gpom_map_stats(device->map, &beams) == GPOM_OK) {
-        counts[GPOM_WIRE_BEAMS_HIT] = (int64_t)beams.beams_hit;
-        counts[GPOM_WIRE_BEAMS_NO_RETURN] = (int64_t)beams.beams_no_return;
-        counts[GPOM_WIRE_BEAMS_NAN] = (int64_t)beams.beams_nan;
-        counts[GPOM_WIRE_BEAMS_NOT_POSITIVE] = (int64_t)beams.beams_not_positive;
-        counts[GPOM_WIRE_BEAMS_TOO_NEAR] = (int64_t)beams.beams_too_near;
-        counts[GPOM_WIRE_BEAMS_MASKED] = (int64_t)beams.beams_masked;
-        counts[GPOM_WIRE_BEAMS_FULL] =
-            (int64_t)(beams.beams_redundant + gpom_stats_evicted(&beams));
+        gpom_wire_count_beams(&beams, counts);
     }
     counts[GPOM_WIRE_FRAMES_RECEIVED] = (int64_t)frames->frames_received;
     counts[GPOM_WIRE_FRAMES_SHORT] = (int64_t)frames->frames_short;

@@ -261,7 +261,7 @@ TEST_CASE("values that a definition does not know are refused")
     check(1, 81, 0x7f); // map: tile outside the whole map
     check(2, 20, 4);    // status: state
     check(3, 28, 2);    // query: kind
-    check(4, 40, 4);    // answer: status
+    check(4, 40, 5);    // answer: status
     check(10, 64, 2);   // pixel_map: compressed
     check(10, 65, 0);   // pixel_map: data type
     check(10, 65, 9);

@@ -128,6 +128,7 @@ TEST_CASE("constants of the definitions are those of the headers")
     CHECK(PEER_GPOM_ANSWER_T_TOO_MANY == GPOM_WIRE_ANSWER_TOO_MANY);
     CHECK(PEER_GPOM_ANSWER_T_BAD_STEP == GPOM_WIRE_ANSWER_BAD_STEP);
     CHECK(PEER_GPOM_ANSWER_T_OUT_OF_REACH == GPOM_WIRE_ANSWER_OUT_OF_REACH);
+    CHECK(PEER_GPOM_ANSWER_T_NO_CRC == GPOM_WIRE_ANSWER_NO_CRC);
     CHECK(PEER_GPOM_STATUS_T_STARTING == GPOM_WIRE_STATE_STARTING);
     CHECK(PEER_GPOM_STATUS_T_MAPPING == GPOM_WIRE_STATE_MAPPING);
     CHECK(PEER_GPOM_STATUS_T_STALE == GPOM_WIRE_STATE_STALE);
@@ -171,6 +172,10 @@ TEST_CASE("the status counters stand in the same places in definition and header
     CHECK_COUNT(BEAMS_TOO_NEAR);
     CHECK_COUNT(BEAMS_MASKED);
     CHECK_COUNT(BEAMS_FULL);
+    CHECK_COUNT(BEAMS_KNOWN);
+    CHECK_COUNT(BEAMS_CONTRADICTING);
+    CHECK_COUNT(BEAMS_IDS_SPENT);
+    CHECK_COUNT(KEPT_EVICTED);
     CHECK_COUNT(MAPS_PUBLISHED);
     CHECK_COUNT(TILES_PUBLISHED);
     CHECK_COUNT(QUERIES_ANSWERED);
@@ -274,6 +279,35 @@ TEST_CASE("gpom.status_t is read and written as lcm-gen does")
             CHECK(m.process_bytes == p.process_bytes);
             CHECK(same(m.counts, p.counts));
         });
+}
+
+// As lcm-gen's publish sends it; whatever else was there instead of 0 is a fault, and so is each
+// end too early or too late.
+TEST_CASE("gpom.query_t is read without CRC-32 if that is 0")
+{
+    gpom_point_t points[GPOM_WIRE_POINTS_MAX] = {{1.0, 2.0}, {3.0, 4.0}};
+    const gpom_wire_query_t query = {5, 6, 7, GPOM_WIRE_QUERY_PATH, 0.5f, points, 2};
+    std::vector<std::uint8_t> bytes(GPOM_WIRE_QUERY_BYTES(2));
+    REQUIRE(gpom_wire_query_encode(&query, bytes.data(), bytes.size()) == bytes.size());
+    gpom_point_t read_points[GPOM_WIRE_POINTS_MAX] = {};
+    gpom_wire_query_t read = {};
+    read.points = read_points;
+    const auto fault = [&](std::size_t n_bytes) {
+        return gpom_wire_query_decode_without_crc(&read, bytes.data(), n_bytes);
+    };
+    CHECK(fault(bytes.size()) == GPOM_WIRE_CRC);
+    std::fill(bytes.end() - 4, bytes.end(), std::uint8_t{0});
+    REQUIRE(fault(bytes.size()) == GPOM_WIRE_OK);
+    CHECK(read.client == 6);
+    CHECK(read.sequence == 7);
+    CHECK(read.n_points == 2);
+    CHECK(read_points[1].y_m == 4.0);
+    CHECK(gpom_wire_query_decode(&read, bytes.data(), bytes.size()) == GPOM_WIRE_CRC);
+    for (std::size_t n_bytes = 0; n_bytes < bytes.size(); ++n_bytes) {
+        CHECK(fault(n_bytes) != GPOM_WIRE_OK);
+    }
+    bytes.push_back(0);
+    CHECK(fault(bytes.size()) == GPOM_WIRE_LONG);
 }
 
 TEST_CASE("gpom.query_t is read and written as lcm-gen does")

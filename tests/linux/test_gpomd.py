@@ -59,7 +59,7 @@ def test_a_recorded_log_rebuilds_the_map_bit_for_bit(start, street, tmp_path):
     replay(street, rate=4)  # the logger's buffer may be small, and must not lose any
     cells, _ = library_cells(daemon, street, tmp_path)
     wait_for_map(watch, cells)
-    assert wait_for_status(watch, scans_inserted=40)["counts"]["beams_full"] > 0
+    assert wait_for_status(watch, scans_inserted=40)["counts"]["kept_evicted"] > 0
     wait_until(watch, lambda: n_recorded(b"GPOM_SCAN") == 40)
     logger.terminate()
     logger.wait(PATIENCE_S)
@@ -203,6 +203,40 @@ def test_what_no_return_means_is_configured(no_return, counter, start, peer):
     watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0, ranges=ranges)))
     counts = wait_for_status(watch, scans_inserted=1, beams_hit=N_BEAMS - 2)["counts"]
     assert [counts["beams_no_return"], counts["beams_nan"]].count(2) == 1 and counts[counter] == 2
+
+
+def test_every_range_of_an_inserted_scan_is_in_one_counter_of_beams(start, peer):
+    """Returns that are new, known, behind a wall or too many; readings of every useless kind."""
+    start(map="beam_max = 200\nkeep_m = 0.5", sensors='[[sensor]]\ntype = "gpom.scan_t"\n'
+          "range_max_m = 34.0\nrange_min_m = 0.2\nmasks = [[1.4, 1.6]]")
+    watch, rng = Watch(URL), random.Random(1)
+    kinds = [8.0, 8.0, 8.0, 20.0, 3.0, math.inf, math.nan, 0.0, -math.inf, 0.1]
+    for i in range(60):
+        ranges = [rng.choice(kinds) for _ in range(N_BEAMS)] if i > 5 else [8.0] * N_BEAMS
+        watch.bus.publish("GPOM_SCAN", encoded(scan(peer, i, ranges=ranges)))
+        time.sleep(0.002)  # in order, one by one
+    counts = wait_for_status(watch, scans_inserted=60)["counts"]
+    beams = {name: n for name, n in counts.items() if name.startswith("beams_")}
+    assert sum(beams.values()) == 60 * N_BEAMS, beams
+    assert [name for name, n in beams.items() if n == 0] == ["beams_ids_spent"]
+    assert 0 < counts["kept_evicted"] < counts["beams_hit"]
+
+
+@pytest.mark.parametrize("fields, no_return, nan, not_positive, too_near", [
+    ("", 0, 0, 1, 1),
+    ('zero = "no_return"', 1, 0, 0, 1),
+    ('too_near = "no_return"', 1, 0, 1, 0),
+    ('zero = "no_return"\ntoo_near = "no_return"\nno_return = "ignore"', 0, 0, 1, 1)])
+def test_what_readings_of_0_and_near_ones_mean_is_configured(
+        fields, no_return, nan, not_positive, too_near, start, peer):
+    start(sensors='[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0\n' + fields)
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    ranges = [8.0] * (N_BEAMS - 2) + [0.0, 0.007]
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0, ranges=ranges)))
+    counts = wait_for_status(watch, scans_inserted=1, beams_hit=N_BEAMS - 2)["counts"]
+    assert [counts[f"beams_{name}"] for name in ("no_return", "nan", "not_positive", "too_near")
+            ] == [no_return, nan, not_positive, too_near]
 
 
 def test_each_sensor_of_a_channel_has_its_mount_masks_and_latency(start, peer):

@@ -35,6 +35,7 @@ struct Fixture {
     std::unique_ptr<gpomd::Config> config = config_of_mbot();
     gpomd::Memory memory;
     gpomd::Counts counts;
+    gpomd::Problems problems;
     gpomd::ScanQueue queue;
     std::unique_ptr<gpomd::Odometry> odometry = std::make_unique<gpomd::Odometry>();
     gpomd::Intake intake;
@@ -45,7 +46,7 @@ struct Fixture {
         REQUIRE(memory.reserve(gpomd::Intake::need(*config) +
                                gpomd::ScanQueue::need(kSlots, kBeams, true)));
         queue.init(memory, kSlots, kBeams, true);
-        intake.init(*config, memory, queue, counts);
+        intake.init(*config, memory, queue, counts, problems);
         odometry->init({200000, 5000000, 0.02, 0.01, 0.05, 0.005});
         if (has_odometry) {
             intake.use_odometry(*odometry);

@@ -8,7 +8,7 @@
 namespace
 {
 
-/// "ADDRESS PORT BUFFER", or nothing if it is refused.
+/// "ADDRESS PORT BUFFER TTL", or nothing if it is refused.
 std::string parsed(const char *url)
 {
     gpomd::Network network;
@@ -17,7 +17,7 @@ std::string parsed(const char *url)
     }
     return std::string(inet_ntoa(network.group.sin_addr)) + " " +
            std::to_string(ntohs(network.group.sin_port)) + " " +
-           std::to_string(network.buffer_bytes);
+           std::to_string(network.buffer_bytes) + " " + std::to_string(network.ttl);
 }
 
 } // namespace
@@ -25,13 +25,15 @@ std::string parsed(const char *url)
 // What a URL leaves out is liblcm's own; options may stand in any order.
 TEST_CASE("URLs of UDP multicast are taken apart as liblcm does")
 {
-    CHECK(parsed("udpm://") == "239.255.76.67 7667 0");
-    CHECK(parsed("udpm://?ttl=1") == "239.255.76.67 7667 0");
-    CHECK(parsed("udpm://239.1.2.3") == "239.1.2.3 7667 0");
-    CHECK(parsed("udpm://239.1.2.3:65535?ttl=0") == "239.1.2.3 65535 0");
-    CHECK(parsed("udpm://239.1.2.3:80?recv_buf_size=5000&ttl=0") == "239.1.2.3 80 5000");
-    CHECK(parsed("udpm://:0x50?ttl=0&recv_buf_size=99999999999") == "239.255.76.67 80 2147483647");
-    CHECK(parsed("udpm://?my_recv_buf_size=5&recv_buf_size=-1") == "239.255.76.67 7667 0");
+    CHECK(parsed("udpm://") == "239.255.76.67 7667 0 0");
+    CHECK(parsed("udpm://?ttl=1") == "239.255.76.67 7667 0 1");
+    CHECK(parsed("udpm://239.1.2.3") == "239.1.2.3 7667 0 0");
+    CHECK(parsed("udpm://239.1.2.3:65535?ttl=0") == "239.1.2.3 65535 0 0");
+    CHECK(parsed("udpm://239.1.2.3:80?recv_buf_size=5000&ttl=0") == "239.1.2.3 80 5000 0");
+    CHECK(parsed("udpm://:0x50?ttl=0&recv_buf_size=99999999999") ==
+          "239.255.76.67 80 2147483647 0");
+    CHECK(parsed("udpm://?ttl=300") == "239.255.76.67 7667 0 255");
+    CHECK(parsed("udpm://?my_recv_buf_size=5&recv_buf_size=-1") == "239.255.76.67 7667 0 0");
 }
 
 TEST_CASE("what is no such URL is refused")

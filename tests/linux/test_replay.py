@@ -58,7 +58,8 @@ def event_log(n=2):
 
 
 @pytest.mark.parametrize("content, options, text", [
-    ("", [], "log:1: no scans in this file; need CSV scans or CARMEN FLASER lines"),
+    ("", [], "log:1: no scans in this file; need CSV scans or CARMEN FLASER, "
+     "ROBOTLASER or RAWLASER lines"),
     ("what is this", [], "log:1: scan has 1 fields; need t,x,y,theta"),
     (carmen_log(), ["--channel", "A"], "--channel: only for an LCM event log"),
     (carmen_log(), ["--family", "ros"], "--family: ros not in {gpom,bot_core,mbot}"),
@@ -70,6 +71,9 @@ def event_log(n=2):
     *[(event_log()[:n_bytes], [], f"log: cut or damaged after its first {n_whole} bytes; "
        f"{n_whole // 34} messages sent") for n_bytes, n_whole in (
         (4, 0), (28, 0), (33, 0), (35, 34), (62, 34), (67, 34))],
+    *[(event_log(1) + struct.pack(">IqqII4s", 0xeda1da01, 0, 0, *sizes, b"Xabc").decode("latin-1"),
+       [], "log: cut or damaged after its first 34 bytes; 1 messages sent") for sizes in (
+        (1, 2**31 - 1), (2**31 - 1, 1), (2**32 - 1, 2**32 - 1), (0, 2**31), (5, 0))],
     (event_log(), ["--channel", "NOPE"], "log: has no event to send on these channels")])
 def test_gpom_replay_says_in_one_line_what_is_wrong(content, options, text, tmp_path):
     path = tmp_path / "log"

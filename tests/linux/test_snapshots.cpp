@@ -1,3 +1,4 @@
+#include "ports/linux/mapping.hpp"
 #include "ports/linux/snapshots.hpp"
 
 #include "tests/unit/reference.hpp"
@@ -80,6 +81,8 @@ struct Snapped {
     explicit Snapped(const gpom_snapshot_io_t &disk)
     {
         gpom_config_init(&config->map);
+        config->map.lowres_cell_m = 1.0;
+        config->map.lowres_nx = config->map.lowres_ny = 4;
         std::strcpy(config->snapshot_path, "on a disk");
         config->snapshot_period_us = 1000;
         map_memory.resize(gpom_map_bytes(&config->map) / 8 + 1);
@@ -89,12 +92,12 @@ struct Snapped {
         snapshots.init(*config, memory, disk, counts);
     }
 
-    void see_something(std::int64_t stamp_us)
+    void see_something(std::int64_t stamp_us, double bearing_rad)
     {
         gpom_sensor_t sensor;
         gpom_sensor_init(&sensor);
         const float range_m = 5.0f;
-        const gpom_scan_t scan = {stamp_us, 1e-3 * static_cast<double>(stamp_us), 0.0, &range_m, 1};
+        const gpom_scan_t scan = {stamp_us, bearing_rad, 0.0, &range_m, 1};
         const gpom_pose_t pose = {0.0, 0.0, 0.0, nullptr};
         REQUIRE(gpom_scan_insert(map, &scan, &sensor, &pose) == GPOM_OK);
     }
@@ -143,7 +146,7 @@ TEST_CASE("a disk that hangs does not hold the mapping thread")
     }
     disk.wait_until_hung();
     for (int i = 0; i < 500; ++i, now_us += 500) {
-        snapped.see_something(now_us);
+        snapped.see_something(now_us, 1e-3 * static_cast<double>(now_us));
         REQUIRE(!snapped.snapshots.step(snapped.map, now_us));
     }
     CHECK(snapped.counts[GPOM_WIRE_SNAPSHOTS_WRITTEN] == 0);
@@ -158,4 +161,33 @@ TEST_CASE("a disk that hangs does not hold the mapping thread")
     REQUIRE(again.snapshots.restore(again.map, report));
     CHECK(report.sequence == 2);
     CHECK(report.n_beams == 500);
+}
+
+// Any program may write a snapshot, with stamps that no scan of gpomd's can have: what gpomd takes
+// for the newest scan's is one from which differences do not overflow.
+TEST_CASE("the newest stamp of a snapshot is brought to what gpomd lets in")
+{
+    const std::int64_t most_us = INT64_MAX / 4;
+    for (const std::int64_t stamp_us : {INT64_MIN, std::int64_t{-1000}, std::int64_t{0},
+                                        std::int64_t{5000000}, most_us, INT64_MAX}) {
+        CAPTURE(stamp_us);
+        HungDisk disk(GPOM_SNAPSHOT_SLOT_BYTES(1024));
+        disk.let_go();
+        Snapped written(disk.io());
+        written.see_something(stamp_us, 0.0);
+        std::thread writer([&] { written.snapshots.run(); });
+        written.snapshots.finish(written.map);
+        written.snapshots.stop();
+        writer.join();
+        Snapped read(disk.io());
+        Memory memory;
+        REQUIRE(memory.reserve(MapThread::need(*read.config)));
+        MapThread thread;
+        REQUIRE(thread.init(*read.config, memory,
+                            {nullptr, nullptr, nullptr, &read.snapshots, &read.counts, nullptr}) ==
+                nullptr);
+        gpom_snapshot_report_t report = {};
+        REQUIRE(thread.restore(report));
+        CHECK(thread.state().stamp_us == std::clamp<std::int64_t>(stamp_us, 0, most_us));
+    }
 }

@@ -5,6 +5,7 @@ lcm-gen's C and C++ code is compared in tests/codec.
 import importlib
 import math
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -13,6 +14,7 @@ import zlib
 
 import lcm_schema
 import pytest
+import status_words
 from conftest import ROOT, from_root
 
 SCHEMAS = lcm_schema.read_all()
@@ -109,6 +111,23 @@ def test_the_headers_list_every_fingerprint():
     text = "".join(path.read_text() for path in (ROOT / "ports" / "codec").glob("*.h"))
     for name in MESSAGES:
         assert f"UINT64_C(0x{lcm_schema.fingerprint(SCHEMAS[name], SCHEMAS):016x})" in text, name
+
+
+def test_header_and_gpom_watch_know_every_place_of_the_status():
+    """Counters and problems, by the constants of the definition."""
+    text = (lcm_schema.LCMTYPES / "gpom_status_t.lcm").read_text()
+    constants = dict(re.findall(r"const int32_t (\w+) = (\d+);", text))
+    header = (ROOT / "ports" / "codec" / "gpom_status.h").read_text()
+    listed = dict(re.findall(r"GPOM_WIRE_(\w+) = (\d+),", header))
+    states = {name for name in listed if name.startswith("STATE_")}
+    assert constants == {name: n for name, n in listed.items() if name not in states}
+    bits = {name: int(n) for name, n in constants.items() if name.startswith("PROBLEM_")}
+    places = {name: int(n) for name, n in constants.items() if name not in bits}
+    assert places.pop("PROBLEMS") == status_words.PROBLEMS_PLACE
+    assert {place: name.upper() for place, name in status_words.COUNTS.items()} == {
+        place: name for name, place in places.items()}
+    assert bits == {f"PROBLEM_{name.upper()}": bit
+                    for bit, (name, _) in enumerate(status_words.PROBLEMS)}
 
 
 @pytest.mark.parametrize("name", MESSAGES)

@@ -72,6 +72,8 @@ LearntParams busy_params(gpom_kernel_t kernel)
     params.scan_points_max = 2;
     params.anisotropy = 0.55;
     params.vote = 0.7;
+    params.line = -0.6;
+    params.sn2_once = 0.13;
     params.log_weights = {0.3, -0.2, 0.15, -0.4};
     params.fade_m = 7.0;
     return params;
@@ -80,7 +82,13 @@ LearntParams busy_params(gpom_kernel_t kernel)
 std::vector<Neighbourhood> some_neighbourhoods(const LearntParams &params, std::uint64_t stream)
 {
     Random random(stream);
-    const std::vector<LearnWorld> worlds = {random_world(random, 12)};
+    std::vector<LearnWorld> worlds = {random_world(random, 12)};
+    for (std::size_t i = 0; i < worlds[0].size(); ++i) { // as of a live map
+        worlds[0][i].noise = i % 3 == 0   ? HitNoise::kOnce
+                             : i % 7 == 0 ? HitNoise::kPast
+                                          : HitNoise::kSeen;
+        worlds[0][i].free = i % 5 != 0;
+    }
     return neighbourhoods_of(worlds, random_places(random, 20), rule_of(params), 1);
 }
 
@@ -101,6 +109,10 @@ LearntParams moved(LearntParams params, int derivative, double step)
         break;
     case kBySn2:
         params.sn2 *= factor;
+        params.sn2_once *= factor;
+        break;
+    case kBySn2Once:
+        params.sn2_once *= factor;
         break;
     case kBySn2Free:
         params.sn2_free *= factor;
@@ -117,16 +129,28 @@ LearntParams moved(LearntParams params, int derivative, double step)
     case kByVote:
         params.vote += step;
         break;
+    case kByLine:
+        params.line += step;
+        break;
     default:
         params.log_weights[static_cast<std::size_t>(derivative - kByLogWeight)] += step;
     }
     return params;
 }
 
+FitOptions one_thread()
+{
+    FitOptions options;
+    options.n_threads = 1;
+    options.free_weight = 1.25;
+    return options;
+}
+
 FitOptions options_of(const char *ingredients)
 {
     FitOptions options;
     options.ingredients = parse_ingredients(ingredients);
+    options.has_once = options.ingredients.noise;
     options.n_threads = 1;
     return options;
 }
@@ -168,13 +192,14 @@ TEST_CASE("the loss's gradient is its derivative, for every kernel and parameter
         const LearntParams params = busy_params(kernel);
         const auto neighbourhoods = some_neighbourhoods(params, 1);
         Gradient gradient;
-        mean_loss(params, neighbourhoods, 1, &gradient);
+        mean_loss(params, neighbourhoods, one_thread(), &gradient);
         for (int i = 0; i < kDerivatives; ++i) {
             CAPTURE(kernel);
             CAPTURE(i);
-            const double slope = (mean_loss(moved(params, i, kStep), neighbourhoods, 1, nullptr) -
-                                  mean_loss(moved(params, i, -kStep), neighbourhoods, 1, nullptr)) /
-                                 (2.0 * kStep);
+            const double slope =
+                (mean_loss(moved(params, i, kStep), neighbourhoods, one_thread(), nullptr) -
+                 mean_loss(moved(params, i, -kStep), neighbourhoods, one_thread(), nullptr)) /
+                (2.0 * kStep);
             CHECK(std::fabs(gradient(i) - slope) <= 1e-7 + 1e-5 * std::fabs(slope));
             const bool matters = i != kByShape1 || kernel == GPOM_KERNEL_NN;
             CHECK((std::fabs(slope) > 1e-6) == matters); // a parameter that does nothing shows
@@ -190,19 +215,22 @@ TEST_CASE("the optimiser's gradient is the derivative in its own coordinates")
             CAPTURE(kernel);
             CAPTURE(ingredients);
             LearntParams base = busy_params(kernel);
-            base.sn2_free = parse_ingredients(ingredients).noise ? base.sn2_free : base.sn2;
+            const bool noise = parse_ingredients(ingredients).noise;
+            base.sn2_free = noise ? base.sn2_free : base.sn2;
+            base.sn2_once = noise ? base.sn2_once : 0.0;
             const FitSpace space(kernel, options_of(ingredients));
             const auto neighbourhoods = some_neighbourhoods(base, 2);
             const Eigen::VectorXd x = space.coordinates(base);
             Gradient by_params;
-            mean_loss(base, neighbourhoods, 1, &by_params);
+            mean_loss(base, neighbourhoods, one_thread(), &by_params);
             const Eigen::VectorXd gradient = space.gradient(base, by_params);
             for (Eigen::Index i = 0; i < x.size(); ++i) {
                 const Eigen::VectorXd step = kStep * Eigen::VectorXd::Unit(x.size(), i);
-                const double slope =
-                    (mean_loss(space.params(base, x + step), neighbourhoods, 1, nullptr) -
-                     mean_loss(space.params(base, x - step), neighbourhoods, 1, nullptr)) /
-                    (2.0 * kStep);
+                const double slope = (mean_loss(space.params(base, x + step), neighbourhoods,
+                                                one_thread(), nullptr) -
+                                      mean_loss(space.params(base, x - step), neighbourhoods,
+                                                one_thread(), nullptr)) /
+                                     (2.0 * kStep);
                 CHECK(std::fabs(gradient(i) - slope) <= 1e-7 + 1e-5 * std::fabs(slope));
             }
         }
@@ -240,9 +268,11 @@ TEST_CASE("the loss is the same to the last bit with any number of threads")
     const auto neighbourhoods =
         neighbourhoods_of(worlds, random_places(random, 500), rule_of(params), 2);
     Gradient one, many;
-    const double loss = mean_loss(params, neighbourhoods, 1, &one);
+    const double loss = mean_loss(params, neighbourhoods, one_thread(), &one);
     for (const unsigned n_threads : {2u, 3u, 7u}) {
-        CHECK(mean_loss(params, neighbourhoods, n_threads, &many) == loss);
+        FitOptions options = one_thread();
+        options.n_threads = n_threads;
+        CHECK(mean_loss(params, neighbourhoods, options, &many) == loss);
         CHECK(one == many);
     }
 }
@@ -369,6 +399,7 @@ TEST_CASE("a single beam's vote, distances and depth are as drawn by hand")
                                             {3.2, 0.0, true, 0, kNoBeam}};
     const auto found = neighbourhoods_of(worlds, places, {0.5, 0.4, 0, 1, 2}, 1);
     CHECK(found[0].vote == doctest::Approx(-(1.0 - 1.0 / 30.0)));
+    CHECK(found[0].line == 0.0);                               // one hit makes no line
     CHECK(found[1].vote == doctest::Approx(1.0 - 0.6 / 30.0)); // the occupied part ends at 3.4 m
     CHECK(found[2].vote == 0.0);
     CHECK(found[3].vote == 0.0); // on the occupied part itself

@@ -44,7 +44,7 @@ Trial street_trial(const EvalOptions &options)
     Trial trial;
     trial.mode = "street";
     trial.truth = read_truth(options.truth_path);
-    trial.scans = read_scans(options.scans_path, {});
+    trial.scans = read_scans(options.scans_path, options.reading);
     trial.beams = beams_of(trial.scans, kHalfSpacing);
     trial.test.points = street_points(*trial.truth, options.n_points, options.seed);
     for (const TestPoint &point : trial.test.points) {
@@ -61,9 +61,8 @@ Trial log_trial(const EvalOptions &options)
 {
     Trial trial;
     trial.mode = "log";
-    const std::vector<Scan> scans =
-        after_metres(evenly_taken(read_log(options.scans_path, options.range_max_m), kLogScansMax),
-                     options.after_m);
+    const std::vector<Scan> scans = after_metres(
+        evenly_taken(read_log(options.scans_path, options.reading), kLogScansMax), options.after_m);
     LogSplit split = split_of(options, scans);
     const double half_width_rad = 0.5 * options.beam_width_deg * kPi / 180.0;
     trial.beams = beams_of(split.training, half_width_rad);

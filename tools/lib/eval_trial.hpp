@@ -30,7 +30,7 @@ struct EvalOptions {
     std::size_t n_points = 20000;
     std::uint64_t seed = 0;
     std::optional<double> grid_cell_m; ///< For both log-odds grids; none: the best for each.
-    double range_max_m = 49.0;
+    ReadOptions reading;
     double fraction = 0.04;
     double beam_width_deg = 2.0;
     double after_m = 0.0; ///< Leave out this much of the way, for learning.

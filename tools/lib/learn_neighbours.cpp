@@ -18,6 +18,7 @@ namespace
 constexpr double kScatterSoftening = 0.01; ///< Added to squared distances in the weights [m2].
 constexpr double kScatterMin = 1e-12;      ///< Below, the hits have no main axis.
 constexpr double kVoteDistanceMin = 1e-6;  ///< Nearer hits have no side [m].
+constexpr double kLineScale = 0.05;        ///< Distance at which a line is sure of its side [m].
 
 /// A beam's closest point to the query, relative to it.
 struct Candidate {
@@ -99,8 +100,10 @@ Chosen choose(const LearnWorld &world, const LearnPlace &query, const NeighbourR
             continue;
         }
         const LearnBeam &beam = world[i];
-        const double free_m = beam.hit ? std::max(beam.range_m - rule.gap_m, 0.0) : beam.range_m;
-        free.offer(closest(beam, i, query, 0.0, free_m));
+        if (beam.free) {
+            const double gap_m = beam.returned ? rule.gap_m : 0.0;
+            free.offer(closest(beam, i, query, 0.0, std::max(beam.range_m - gap_m, 0.0)));
+        }
         if (beam.hit) {
             hits.offer(closest(beam, i, query, beam.range_m, beam.range_m + rule.depth_m));
         }
@@ -116,6 +119,7 @@ Chosen choose(const LearnWorld &world, const LearnPlace &query, const NeighbourR
 struct Axis {
     Eigen::Vector2d direction{1.0, 0.0};
     double ratio = 1.0;
+    Eigen::Vector2d mean{0.0, 0.0}; ///< Of the hits, weighted.
 };
 
 /// Main axis of the hits: eigenvectors of their scatter about their mean, the nearer the heavier.
@@ -139,7 +143,7 @@ Axis main_axis(const std::vector<Candidate> &hits)
         return {};
     }
     const double ratio2 = std::max(solver.eigenvalues()(0), 0.0) / solver.eigenvalues()(1);
-    return {solver.eigenvectors().col(1), std::sqrt(ratio2)};
+    return {solver.eigenvectors().col(1), std::sqrt(ratio2), mean};
 }
 
 /// Whether the query lies straight behind the hits' surfaces (+1) or in front of them (-1).
@@ -158,6 +162,25 @@ double vote_of(const LearnWorld &world, const std::vector<Candidate> &hits)
     return fading * sum / static_cast<double>(hits.size());
 }
 
+/// The line through the hits, its normal n along their mean beam direction b: t is how far the
+/// query is behind it. (1 - ratio) (n . b) t / sqrt(t^2 + s^2) with s = kLineScale.
+double line_of(const LearnWorld &world, const std::vector<Candidate> &hits, const Axis &axis)
+{
+    if (hits.empty()) {
+        return 0.0;
+    }
+    Eigen::Vector2d beam = Eigen::Vector2d::Zero();
+    for (const Candidate &hit : hits) {
+        beam += Eigen::Vector2d(world[hit.id].dir_x, world[hit.id].dir_y);
+    }
+    beam /= static_cast<double>(hits.size());
+    const Eigen::Vector2d normal(-axis.direction.y(), axis.direction.x()); // of either sign
+    const double behind_m = -normal.dot(axis.mean);
+    const double side = behind_m / std::hypot(behind_m, kLineScale);
+    const double fading = std::max(0.0, 1.0 - std::sqrt(hits.front().d2) / kLogDistanceMax);
+    return fading * (1.0 - axis.ratio) * normal.dot(beam) * side;
+}
+
 /// Log distance to the i-th point, or that of the end of all distances if there is none.
 double log_distance(const std::vector<Candidate> &points, std::size_t i)
 {
@@ -165,20 +188,27 @@ double log_distance(const std::vector<Candidate> &points, std::size_t i)
     return std::log(std::min(distance_m, kLogDistanceMax) + kLogDistanceMin);
 }
 
-void append_points(Neighbourhood &to, const std::vector<Candidate> &points, const Axis &axis,
-                   double label)
+struct Kind {
+    const std::vector<Candidate> &points;
+    double label;
+};
+
+void append_points(Neighbourhood &to, const LearnWorld &world, const Kind &kind, const Axis &axis)
 {
+    const double label = kind.label;
     const Eigen::Vector2d across(-axis.direction.y(), axis.direction.x());
-    for (const Candidate &point : points) {
+    for (const Candidate &point : kind.points) {
+        const HitNoise noise = label > 0.0 ? world[point.id].noise : HitNoise::kSeen;
         const double along_m = axis.direction.dot(point.at);
         const double across_m = across.dot(point.at);
         const auto same = std::find_if(to.points.begin(), to.points.end(), [&](const auto &p) {
-            return p.along_m == along_m && p.across_m == across_m && p.label == label;
+            return p.along_m == along_m && p.across_m == across_m && p.label == label &&
+                   p.noise == noise;
         });
         if (same != to.points.end()) {
             same->count += 1.0;
         } else {
-            to.points.push_back({along_m, across_m, label, 1.0});
+            to.points.push_back({along_m, across_m, label, noise, 1.0});
         }
     }
 }
@@ -189,10 +219,11 @@ Neighbourhood neighbourhood_of(const LearnWorld &world, const LearnPlace &query,
     const Chosen chosen = choose(world, query, rule);
     const Axis axis = main_axis(chosen.hits);
     Neighbourhood result;
-    append_points(result, chosen.hits, axis, 1.0);
-    append_points(result, chosen.free, axis, -1.0);
+    append_points(result, world, {chosen.hits, 1.0}, axis);
+    append_points(result, world, {chosen.free, -1.0}, axis);
     result.axis_ratio = axis.ratio;
     result.vote = vote_of(world, chosen.hits);
+    result.line = line_of(world, chosen.hits, axis);
     result.log_distances = {
         log_distance(chosen.hits, 0), log_distance(chosen.hits, rule.n_hits - 1),
         log_distance(chosen.free, 0), log_distance(chosen.free, rule.n_free - 1)};

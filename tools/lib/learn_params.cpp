@@ -13,15 +13,16 @@ namespace gpom_tools
 Ingredients parse_ingredients(const std::string &text)
 {
     if (text == "full") {
-        return {true, true, true, true, true, true};
+        return {true, true, true, true, true, true, true};
     }
     Ingredients chosen;
     const struct {
         const char *name;
         bool *flag;
     } known[] = {{"noise", &chosen.noise}, {"anisotropy", &chosen.anisotropy},
-                 {"vote", &chosen.vote},   {"logs", &chosen.logs},
-                 {"depth", &chosen.depth}, {"cap", &chosen.cap}};
+                 {"vote", &chosen.vote},   {"line", &chosen.line},
+                 {"logs", &chosen.logs},   {"depth", &chosen.depth},
+                 {"cap", &chosen.cap}};
     std::istringstream names(text == "paper" ? "" : text);
     for (std::string name; std::getline(names, name, ',');) {
         bool *found = nullptr;
@@ -31,7 +32,7 @@ Ingredients parse_ingredients(const std::string &text)
         if (found == nullptr) {
             throw std::runtime_error("--model: '" + name +
                                      "' is not one of paper, full, or a comma list of noise, "
-                                     "anisotropy, vote, logs, depth, cap");
+                                     "anisotropy, vote, line, logs, depth, cap");
         }
         *found = true;
     }
@@ -120,6 +121,7 @@ gpom_params_t to_library(const LearntParams &params)
     rounded.scan_points_max = static_cast<std::uint16_t>(params.scan_points_max);
     rounded.anisotropy = static_cast<float>(params.anisotropy);
     rounded.vote = static_cast<float>(params.vote);
+    rounded.line = static_cast<float>(params.line);
     rounded.fade_m = static_cast<float>(params.fade_m);
     rounded.log_hit_first = static_cast<float>(params.log_weights[0]);
     rounded.log_hit_last = static_cast<float>(params.log_weights[1]);

@@ -24,7 +24,7 @@ struct LearntParams {
     double ell_m = 8.0;
     double sn2 = 0.2;
     double sn2_free = 0.2;
-    double sn2_once = 0.0; ///< By fit_once(): maps that keep every beam do not feel it.
+    double sn2_once = 0.0; ///< 0: as sn2. Maps that keep every beam do not feel it.
     double alpha = 10.0;
     double beta = 0.0;
     double gap_m = 0.1;
@@ -32,6 +32,7 @@ struct LearntParams {
     int scan_points_max = 0;
     double anisotropy = 0.0;
     double vote = 0.0;
+    double line = 0.0;
     double fade_m = 0.0;                 ///< Set, never learnt.
     std::array<double, 4> log_weights{}; ///< Of the first hit, last hit, first free, last free.
     int n_hits = 8;
@@ -45,6 +46,7 @@ struct Ingredients {
     bool noise = false; ///< Free points have a noise of their own.
     bool anisotropy = false;
     bool vote = false;
+    bool line = false;
     bool logs = false;
     bool depth = false;
     bool cap = false;

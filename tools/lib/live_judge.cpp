@@ -25,7 +25,7 @@ constexpr std::uint64_t kDrawSeed = 2000;
 
 JudgeData street_data(const JudgeOptions &options)
 {
-    JudgeData data{read_scans(options.scans_path, {}), {}};
+    JudgeData data{read_scans(options.scans_path, options.reading), {}};
     const Truth truth = read_truth(options.truth_path);
     const std::vector<Scan> near_scans = evenly_taken(data.scans, kNearScans);
     const std::vector<GridBeam> beams = beams_of(near_scans, kHalfSpacing);
@@ -38,8 +38,8 @@ JudgeData street_data(const JudgeOptions &options)
 
 JudgeData log_data(const JudgeOptions &options)
 {
-    LogSplit split = split_log(read_log(options.scans_path, options.range_max_m), options.fraction,
-                               options.seed);
+    LogSplit split =
+        split_log(read_log(options.scans_path, options.reading), options.fraction, options.seed);
     return {std::move(split.training), std::move(split.points),
             profile_along(beams_of(split.others, 0.0), options.seed)};
 }

@@ -19,7 +19,7 @@ struct JudgeOptions {
     std::string truth_path; ///< Of a street; none for a log.
     std::string params_path;
     LiveConfig live;
-    double range_max_m = 49.0;   ///< Of logs.
+    ReadOptions reading;
     double fraction = 0.9;       ///< Of a log's returns make the map, the others judge it.
     double spurious = 0.0;       ///< Share of the map's returns that become shorter, by chance.
     std::size_t n_points = 4000; ///< Of a street, those away from its beams left out.

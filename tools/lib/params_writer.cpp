@@ -70,6 +70,7 @@ std::vector<Entry> entries_of(const LearntParams &params)
     }
     real_unless_0("anisotropy", params.anisotropy);
     real_unless_0("vote", params.vote);
+    real_unless_0("line", params.line);
     real_unless_0("fade_m", params.fade_m);
     for (std::size_t i = 0; i < params.log_weights.size(); ++i) {
         real_unless_0(kLogWeightNames[i], params.log_weights[i]);

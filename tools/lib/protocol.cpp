@@ -113,11 +113,11 @@ double free_distance(double range_m, bool in_band, double share)
     return least_m + share * std::max(most_m - least_m, 0.0);
 }
 
-std::vector<Scan> read_log(const std::string &path, double range_max_m)
+std::vector<Scan> read_log(const std::string &path, const ReadOptions &options)
 {
-    std::vector<Scan> scans = read_scans(path, {range_max_m});
+    std::vector<Scan> scans = read_scans(path, options);
     for (Scan &scan : scans) { // scans of a CSV file know their own
-        scan.range_max_m = std::min(scan.range_max_m, range_max_m);
+        scan.range_max_m = std::min(scan.range_max_m, options.range_max_m);
     }
     return scans;
 }

@@ -62,8 +62,9 @@ std::vector<gpom_point_t> places_of(const std::vector<TestPoint> &points);
 /// lies kShortOfReturn or more before the return, or of what is in the band alone.
 double free_distance(double range_m, bool in_band, double share);
 
-/// All scans of a log; the usable range of none is longer than range_max_m. Throws FileError.
-std::vector<Scan> read_log(const std::string &path, double range_max_m);
+/// All scans of a log; the usable range of none is longer than options.range_max_m. Throws
+/// FileError.
+std::vector<Scan> read_log(const std::string &path, const ReadOptions &options);
 
 /// At most n scans, evenly taken, the first and the last among them.
 std::vector<Scan> evenly_taken(std::vector<Scan> scans, std::size_t n);

@@ -23,6 +23,47 @@ bool read_numbers(const toml::array &array, std::vector<double> &numbers)
     return true;
 }
 
+/// No file of ours has as many bytes.
+constexpr std::size_t kFileBytesMax = 1 << 20;
+
+/// Is a character beyond ASCII outside of words in quotes and of the comment? And is one inside
+/// text of several lines, whose ends are not looked for here?
+bool has_foreign_character(const std::string &line)
+{
+    char quote = 0;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+        const char c = line[i];
+        if (quote == 0 && c == '#') {
+            return false;
+        }
+        if (quote == '"' && c == '\\') {
+            ++i; // the next one ends nothing
+        } else if (quote == 0 && (c == '"' || c == '\'')) {
+            quote = c;
+        } else if (c == quote) {
+            quote = 0;
+        } else if (quote == 0 && static_cast<unsigned char>(c) > 0x7f) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// toml++ 3.3.0 runs into code that its compiler takes for unreachable at most characters beyond
+/// ASCII that are neither in quotes nor in a comment.
+void refuse_foreign_characters(const std::string &path, const std::string &text)
+{
+    std::istringstream lines(text);
+    std::string line;
+    for (int i_line = 1; std::getline(lines, line); ++i_line) {
+        if (has_foreign_character(line)) {
+            throw FileError(path, i_line,
+                            "not TOML: only words in quotes and comments may have characters "
+                            "beyond ASCII");
+        }
+    }
+}
+
 } // namespace
 
 toml::table parse_toml(const std::string &path, const std::string &kind)
@@ -31,13 +72,18 @@ toml::table parse_toml(const std::string &path, const std::string &kind)
     if (!stream) {
         throw FileError(path, 0, "cannot open; give the name of a " + kind + " file");
     }
-    std::ostringstream text;
-    text << stream.rdbuf();
-    if (stream.bad() || text.str().empty()) {
+    std::string text(kFileBytesMax + 1, '\0');
+    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(stream.gcount()));
+    if (stream.bad() || text.empty()) {
         throw FileError(path, 0, "is empty or cannot be read; give a " + kind + " file");
     }
+    if (text.size() > kFileBytesMax) {
+        throw FileError(path, 0, "is over 1 MB; give a " + kind + " file");
+    }
+    refuse_foreign_characters(path, text);
     try {
-        return toml::parse(text.str(), path);
+        return toml::parse(text, path);
     } catch (const toml::parse_error &error) {
         throw FileError(path, static_cast<int>(error.source().begin.line),
                         "not TOML: " + std::string(error.description()));
