@@ -29,6 +29,11 @@ constexpr GridModel kModels[] = {{},
                                  {0.95, 0.3, 0.02, 0.98},
                                  {0.7, 0.1, 0.001, 0.999}};
 
+/// Cells of every grid and of OctoMap, blurs of the strong grid [m].
+struct RivalSettings {
+    std::vector<double> cells_m, sigmas_m;
+};
+
 /// Finer cells are no better. Logs, strong grid, NLL with cells of 0.05 / 0.025 m: intel .137 /
 /// .136 at a share of 0.9, campus-west .391 / .432 at 0.04 (there 0.1 m has .379). Streets 0 to 2
 /// with cells of 0.05 m: .52, .50, .53, with the best .40, .37, .40.
