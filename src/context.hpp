@@ -25,11 +25,36 @@ template <class F> inline F distance_of(const Neighbourhood<F> &points, size_t i
     return lane::select(points.noise[i] < kAbsentNoise, lane::min(d_m, reach_m), reach_m);
 }
 
+/// Least weight of a neighbour: what is left of it is less than rounding, and its noise finite.
+constexpr float kWeightMin = 1e-6f;
+
+/// Weight of a neighbour at the distance d_m: 1 up to from_m, 1 - t^2 beyond, t rising to 1 at
+/// end_m. With the noise that fading_noise() makes of it, an answer does not feel which neighbour
+/// is the last. If all are equally far away, all of them count.
+template <class F> inline F fading_weight(F d_m, F from_m, F end_m)
+{
+    const F zero = lane::splat<F>(0.0f);
+    const F t =
+        lane::max(F(d_m - from_m), zero) / lane::max(F(end_m - from_m), lane::splat<F>(1e-12f));
+    return lane::max(F(1.0f - t * t), lane::splat<F>(kWeightMin));
+}
+
+/// Noise variance of a neighbour of this weight: of what it says of f at its place, the share w of
+/// the variance is left, as for a place that is not exactly known (noise.hpp: raised()).
+template <class F> inline F fading_noise(F noise, float prior_variance, F weight)
+{
+    return (noise + prior_variance) / weight - prior_variance;
+}
+
+/// Added to squared distances in facing() where neighbours fade [m2]: there the cosine turns over a
+/// few centimetres at a hit instead of all at once.
+constexpr float kFacingSoftness_m2 = kLogFloor_m * kLogFloor_m;
+
 /// Cosine between a hit's beam and the way from the hit, at (x, y) from the query, to the query;
 /// 0 for a query on the hit.
-template <class F> inline F facing(F x_m, F y_m, F dir_x, F dir_y)
+template <class F> inline F facing(F x_m, F y_m, F dir_x, F dir_y, float softness_m2)
 {
-    const F d_m = lane::sqrt(lane::fma(x_m, x_m, F(y_m * y_m)));
+    const F d_m = lane::sqrt(F(lane::fma(x_m, x_m, F(y_m * y_m)) + softness_m2));
     const F along_m = -lane::fma(dir_x, x_m, F(dir_y * y_m));
     const F one = lane::splat<F>(1.0f);
     return lane::select(d_m < 1e-6f, F(0.0f * one), F(along_m / lane::max(d_m, F(1e-6f * one))));
@@ -65,9 +90,10 @@ template <class F> inline F log_terms(const gpom_params_t &params, const Neighbo
 /// What is added to alpha mu in eq. 7 far from all beams.
 inline float prior_offset(const gpom_params_t &params)
 {
-    return params.beta + log_positive(kContextReach_m + kLogFloor_m) *
-                             (params.log_hit_first + params.log_hit_last + params.log_free_first +
-                              params.log_free_last);
+    const float logs =
+        log_positive(kContextReach_m + kLogFloor_m) *
+        (params.log_hit_first + params.log_hit_last + params.log_free_first + params.log_free_last);
+    return params.beta + params.beta_far + logs;
 }
 
 /// What eq. 7 needs of a query, beside alpha.
@@ -97,7 +123,7 @@ template <class F> struct Sums {
     F weight, x, y, xx, xy, yy;
 };
 
-/// Hits near the query count most: weights 1 / (0.01 m2 + d^2).
+/// Hits near the query count most: their weights times 1 / (0.01 m2 + d^2).
 template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x0_m, F y0_m)
 {
     const F zero = lane::splat<F>(0.0f);
@@ -106,7 +132,8 @@ template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x
         const F x_m = points.x_m[i];
         const F y_m = points.y_m[i];
         const F near = 1.0f / (0.01f + lane::fma(x_m, x_m, F(y_m * y_m)));
-        const F weight = lane::select(points.noise[i] < kAbsentNoise, near, zero);
+        const F weight =
+            lane::select(points.noise[i] < kAbsentNoise, F(near * points.weight[i]), zero);
         const F wx = weight * (x_m - x0_m);
         const F wy = weight * (y_m - y0_m);
         sums.weight = sums.weight + weight;

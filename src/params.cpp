@@ -112,6 +112,9 @@ const char *problem_of_context(const gpom_params_t &p)
     if (p.scan_points_max > GPOM_POINTS_MAX) {
         return "scan_points_max: at most 64";
     }
+    if (p.n_fading > 0 && (p.n_fading >= p.n_hits || p.n_fading >= p.n_free)) {
+        return "fading: must be less than hits and than free";
+    }
     if (!is_within(p.depth_m, 0.0f, 5.0f)) {
         return "depth_m: must be from 0 to 5";
     }
@@ -161,13 +164,22 @@ const char *problem_of_sigmoid(const gpom_params_t &p)
     if (!is_within(p.beta, -kMost, kMost)) {
         return "beta: must be from -1e6 to 1e6";
     }
+    if (!is_within(p.beta_far, -kMost, kMost)) {
+        return "beta_far: must be from -1e6 to 1e6";
+    }
+    if (p.beta_far != 0.0f && p.fade_m == 0.0f) {
+        return "beta_far: must be 0 where fade_m is 0";
+    }
     if (!(p.p_free > 0.0f && p.p_free < p.p_occupied && p.p_occupied < 1.0f)) {
         return "p_free, p_occupied: must satisfy 0 < p_free < p_occupied < 1";
     }
     const float p0 = gpom_params_prior_probability(&p);
     if (!(p0 > p.p_free && p0 < p.p_occupied)) {
-        return "beta: the prior probability Phi(beta / sqrt(1 + alpha^2 k(x, x))) must lie between "
-               "p_free and p_occupied";
+        return p.beta_far == 0.0f
+                   ? "beta: the prior probability Phi(beta / sqrt(1 + alpha^2 k(x, x))) must lie "
+                     "between p_free and p_occupied"
+                   : "beta_far: the prior probability Phi((beta + beta_far) / sqrt(1 + alpha^2 "
+                     "k(x, x))) must lie between p_free and p_occupied";
     }
     return nullptr;
 }

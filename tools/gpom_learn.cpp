@@ -112,7 +112,8 @@ void declare_options(CLI::App &app, Options &options)
         "of noise, anisotropy, vote, line, logs, depth, cap [full; lml knows paper alone]");
     app.add_option("--fix", options.fixed,
                    "Keep at a value, not search for: a comma list of fade_m=, gap_m=, depth_m=,\n"
-                   "scan_points_max=; without it fade_m is 0 (the map never fades to its prior)")
+                   "scan_points_max=, fading=; without it fade_m is 0 (the map never fades to its\n"
+                   "prior) and fading 0 (neighbours come and go at once)")
         ->type_name("NAME=VALUE");
     app.add_option("--hits", options.n_hits, "Nearest hits per query")
         ->check(CLI::Range(1, 63))
@@ -268,6 +269,7 @@ std::vector<JudgedFit> fits_of(const Plan &plan, const LearnData &data)
         };
         Fit fit = plan.by_lml ? fit_lml(kernel, data, plan.fitting, plan.lml, advance)
                               : fit_kernel(kernel, data, plan.fitting, advance);
+        fit.params = fit_far(fit.params, data, plan.fitting);
         Metrics held_out = measure(predictions_of(fit.params, data.worlds, data.held_out, 0));
         fits.push_back({std::move(fit), std::move(held_out)});
     }

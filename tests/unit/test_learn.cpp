@@ -76,6 +76,8 @@ LearntParams busy_params(gpom_kernel_t kernel)
     params.sn2_once = 0.13;
     params.log_weights = {0.3, -0.2, 0.15, -0.4};
     params.fade_m = 7.0;
+    params.beta_far = 0.3;
+    params.n_fading = 3;
     return params;
 }
 
@@ -128,6 +130,9 @@ LearntParams moved(LearntParams params, int derivative, double step)
         break;
     case kByVote:
         params.vote += step;
+        break;
+    case kByBetaFar:
+        params.beta_far += step;
         break;
     case kByLine:
         params.line += step;
@@ -250,7 +255,9 @@ TEST_CASE("any point of the fit's box has its prior probability between 0.35 and
             for (Eigen::Index i = 0; i < x.size(); ++i) {
                 x(i) = random.uniform(box.low(i), box.high(i));
             }
-            const LearntParams params = space.params(busy_params(kernel), x);
+            LearntParams base = busy_params(kernel);
+            base.beta_far = 0.0; // by fit_far(), which has bounds of its own
+            const LearntParams params = space.params(base, x);
             const double p0 = prior_probability(params);
             CHECK(p0 >= 0.35 - 1e-9);
             CHECK(p0 <= 0.65 + 1e-9);

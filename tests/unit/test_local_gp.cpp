@@ -66,8 +66,8 @@ public:
 private:
     template <gpom_kernel_t K> gpom::Moments<F> run(const gpom_params_t &p)
     {
-        const gpom::Neighbourhood<F> points = {x_.data(), y_.data(), noise_.data(), n_hits_,
-                                               n_ - n_hits_};
+        const gpom::Neighbourhood<F> points = {x_.data(), y_.data(), noise_.data(),
+                                               nullptr,   n_hits_,   n_ - n_hits_};
         gpom::GpWork<F> work = {features_.data(), u_.data(), v_.data(), {l_.data(), F{}}};
         return gpom::predict<K>(gpom::kernel_constants(p), points, work, frame_x_, frame_y_);
     }

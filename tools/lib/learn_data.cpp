@@ -18,6 +18,8 @@ constexpr std::size_t kHitsMin = 50; ///< Fewer returns teach nothing.
 constexpr std::uint64_t kLiveSplitSeed = 1000;
 /// Random cells looked at for each place near a beam that is wanted.
 constexpr std::size_t kTriesPerPlace = 200;
+/// Stream of numbers for places anywhere.
+constexpr std::uint64_t kAnywhereSeed = 3000;
 
 LearnBeam beam_of(const Scan &scan, std::size_t i_scan, std::size_t i_beam)
 {
@@ -249,6 +251,10 @@ void add_street(LearnData &data, const LearnSource &source, const DataOptions &o
             n_sources > 1 ? all_out : is_held_out(nearest_scan(scans, place), scans.size());
         place.i_world = i_world;
         (out ? data.held_out : data.learning).push_back(place);
+    }
+    for (const TestPoint &point : street_points(read_truth(source.truth_path), all_out ? 0 : n,
+                                                options.seed + kAnywhereSeed + i_world)) {
+        data.anywhere.push_back({point.at.x_m, point.at.y_m, point.occupied, i_world, kNoBeam});
     }
     data.worlds.push_back(std::move(world));
 }

@@ -37,7 +37,8 @@ struct LearnData {
     std::vector<LearnWorld> worlds;
     std::vector<LearnPlace> learning;
     std::vector<LearnPlace> held_out;
-    std::string how_held_out; ///< A phrase for reports.
+    std::vector<LearnPlace> anywhere; ///< Of the streets to learn from, over the whole area.
+    std::string how_held_out;         ///< A phrase for reports.
 };
 
 /// Places on whole beams left out, as gpom-eval draws its own (protocol.hpp). At most 600 scans a
@@ -53,8 +54,9 @@ LearnData log_data(const std::vector<LearnSource> &sources, const DataOptions &o
 /// Throws std::runtime_error or FileError.
 LearnData live_data(const std::vector<LearnSource> &sources, const DataOptions &options);
 
-/// Random places within kNearBeam of a beam with their true occupancy. Held out: the last street,
-/// or of a single one the places whose nearest scan lies in a fifth of the scans, in runs.
+/// Random places within kNearBeam of a beam with their true occupancy, and as many anywhere on the
+/// streets to learn from. Held out: the last street, or of a single one the places whose nearest
+/// scan lies in a fifth of the scans, in runs.
 LearnData street_data(const std::vector<LearnSource> &sources, const DataOptions &options);
 
 /// The scans from the first up to `first_m` of the way driven.

@@ -220,16 +220,17 @@ FitSpace::FitSpace(gpom_kernel_t kernel, const FitOptions &options)
     const double ell_max_m = options.ell_max_m * (kernel == GPOM_KERNEL_ASKEY ? 3.0 : 1.0);
     const double ratio_low = std::log(noise_ratio_min(kernel));
     low_ << std::log(nn ? 1e-2 : 0.05), std::log(1e-4), std::log(1e-2), ratio_low, ratio_low, 0.0,
-        std::log(0.05), -kPriorArgumentMax, 0.0, -10.0, -20.0, -3.0, -3.0, -3.0, -3.0;
+        std::log(0.05), -kPriorArgumentMax, 0.0, -10.0, -20.0, -3.0, -3.0, -3.0, -3.0, 0.0;
     high_ << std::log(nn ? 1e4 : ell_max_m), std::log(1e4), std::log(1e2), std::log(1e2),
         std::log(1e2), std::log(30.0), std::log(kAlphaMax), kPriorArgumentMax, 1.0, 10.0, 20.0, 3.0,
-        3.0, 3.0, 3.0;
+        3.0, 3.0, 3.0, 0.0;
     const Ingredients &may = options.ingredients;
     for (int i = 0; i < kDerivatives; ++i) {
         const bool fixed = (i == kByShape1 && !nn) || (i == kBySn2Free && !may.noise) ||
                            (i == kBySn2Once && !options.has_once) ||
                            (i == kByAnisotropy && !may.anisotropy) || (i == kByVote && !may.vote) ||
-                           (i == kByLine && !may.line) || (i >= kByLogWeight && !may.logs);
+                           (i == kByLine && !may.line) || (i >= kByLogWeight && !may.logs) ||
+                           i == kByBetaFar; // by fit_far()
         if (!fixed) {
             free_.push_back(i);
         }
@@ -247,7 +248,7 @@ Eigen::VectorXd FitSpace::coordinates(const LearntParams &params) const
         std::log(std::max(params.sn2_once / params.sn2, 1.0)), std::log(params.alpha),
         (params.beta + weight_sum(params) * log_end()) / prior_spread(params), params.anisotropy,
         params.vote, params.line, params.log_weights[0], params.log_weights[1],
-        params.log_weights[2], params.log_weights[3];
+        params.log_weights[2], params.log_weights[3], 0.0;
     return all(free_);
 }
 
@@ -256,7 +257,7 @@ LearntParams FitSpace::params(const LearntParams &base, const Eigen::VectorXd &x
     Gradient all;
     all << 0.0, std::log(base.s1), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, base.anisotropy, base.vote,
         base.line, base.log_weights[0], base.log_weights[1], base.log_weights[2],
-        base.log_weights[3];
+        base.log_weights[3], 0.0;
     all(free_) = x;
     LearntParams params = base;
     (kernel_ == GPOM_KERNEL_NN ? params.s0 : params.ell_m) = std::exp(all(kByShape0));
@@ -362,10 +363,39 @@ Fit fit_kernel(gpom_kernel_t kernel, const LearnData &data, const FitOptions &op
     return Fitting(kernel, data, options, advance).run();
 }
 
+LearntParams fit_far(LearntParams params, const LearnData &data, FitOptions options)
+{
+    if (params.fade_m <= 0.0 || data.anywhere.empty()) {
+        return params;
+    }
+    const std::vector<Neighbourhood> at =
+        neighbourhoods_of(data.worlds, data.anywhere, rule_of(params), options.n_threads);
+    options.free_weight = 1.0; // as many as there are of either kind
+    const double spread = prior_spread(params);
+    const double near = (params.beta + weight_sum(params) * log_end()) / spread;
+    const Objective objective = [&](const Eigen::VectorXd &x, Eigen::VectorXd &gradient) {
+        params.beta_far = (x(0) - near) * spread;
+        Gradient by_params;
+        const double loss = mean_loss(params, at, options, &by_params);
+        gradient = Eigen::VectorXd::Constant(1, spread * by_params(kByBetaFar));
+        return loss;
+    };
+    const Box box = {Eigen::VectorXd::Constant(1, -kFarArgumentMax),
+                     Eigen::VectorXd::Constant(1, kFarArgumentMax)};
+    const Minimum minimum =
+        minimise(objective, Eigen::VectorXd::Constant(1, near), box, kPolishIterations);
+    params.beta_far = (minimum.x(0) - near) * spread;
+    return params;
+}
+
 NeighbourRule rule_of(const LearntParams &params)
 {
-    return {params.gap_m, params.depth_m, static_cast<std::size_t>(params.scan_points_max),
-            static_cast<std::size_t>(params.n_hits), static_cast<std::size_t>(params.n_free)};
+    return {params.gap_m,
+            params.depth_m,
+            static_cast<std::size_t>(params.scan_points_max),
+            static_cast<std::size_t>(params.n_hits),
+            static_cast<std::size_t>(params.n_free),
+            static_cast<std::size_t>(params.n_fading)};
 }
 
 std::vector<Prediction> predictions_of(const LearntParams &params,

@@ -19,6 +19,9 @@ constexpr double kGapMax = 0.3;    ///< The largest gap that is tried [m].
 /// The prior probability stays in [0.35, 0.65]: |argument of its Phi| is at most this.
 constexpr double kPriorArgumentMax = 0.38532046640756773;
 
+/// With beta_far the prior probability stays in [0.31, 0.69]: inside the thresholds of the files.
+constexpr double kFarArgumentMax = 0.4958503473474533;
+
 struct FitOptions {
     Ingredients ingredients;
     FixedParams fixed;
@@ -80,6 +83,9 @@ using Advance = std::function<void(double share)>;
 /// Several starts; then gap, depth and cap by coordinate descent over a few values each.
 Fit fit_kernel(gpom_kernel_t kernel, const LearnData &data, const FitOptions &options,
                const Advance &advance);
+
+/// beta_far by the places anywhere, all else as it is; nothing without those or without fade_m.
+LearntParams fit_far(LearntParams params, const LearnData &data, FitOptions options);
 
 NeighbourRule rule_of(const LearntParams &params);
 

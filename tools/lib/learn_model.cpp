@@ -84,12 +84,12 @@ double faded_log_distance(double rho, double log_distance)
     return rho * log_distance + (1.0 - rho) * std::log(kLogDistanceMax + kLogDistanceMin);
 }
 
-/// vote cs + line + the log terms + beta.
+/// vote cs + line + the log terms + beta, fading to what they are far from all beams.
 double offset_of(const LearntParams &params, const Neighbourhood &neighbourhood)
 {
     const double rho = remaining_correlation(params, neighbourhood);
-    double offset = params.beta + params.vote * rho * neighbourhood.vote +
-                    params.line * rho * neighbourhood.line;
+    double offset = params.beta + (1.0 - rho) * params.beta_far +
+                    params.vote * rho * neighbourhood.vote + params.line * rho * neighbourhood.line;
     for (std::size_t i = 0; i < params.log_weights.size(); ++i) {
         offset += params.log_weights[i] * faded_log_distance(rho, neighbourhood.log_distances[i]);
     }
@@ -157,22 +157,33 @@ void ModelWork::assemble(const LearntParams &params, const Neighbourhood &neighb
     }
 }
 
-ModelWork::NoiseTerms ModelWork::noise_terms(const LearntParams &params,
+ModelWork::NoiseTerms ModelWork::whole_noise(const LearntParams &params,
                                              const NeighbourPoint &point)
 {
     const double once = std::max(params.sn2_once, params.sn2);
     if (point.label < 0.0) {
-        return {0.0, 0.0, params.sn2_free / point.count, 0.0};
+        return {0.0, 0.0, params.sn2_free, 0.0};
     }
     switch (point.noise) {
     case HitNoise::kPast: // raised() of noise.hpp with an excess of 1
-        return {prior_variance(params) / point.count, 2.0 * params.sn2 / point.count, 0.0, 0.0};
+        return {prior_variance(params), 2.0 * params.sn2, 0.0, 0.0};
     case HitNoise::kOnce: // sn2 times a factor: both are differentiated by
-        return {0.0, once / point.count, 0.0, once / point.count};
+        return {0.0, once, 0.0, once};
     case HitNoise::kSeen:
         break;
     }
-    return {0.0, params.sn2 / point.count, 0.0, 0.0};
+    return {0.0, params.sn2, 0.0, 0.0};
+}
+
+/// (v + k**) / w - k** where neighbours fade, and of equal points that over their count.
+ModelWork::NoiseTerms ModelWork::noise_terms(const LearntParams &params,
+                                             const NeighbourPoint &point)
+{
+    const NoiseTerms whole = whole_noise(params, point);
+    const double n_whole = point.count * point.weight;
+    const double faded = (1.0 - point.weight) * prior_variance(params);
+    return {(whole.by_sf2 + faded) / n_whole, whole.by_sn2 / n_whole, whole.by_sn2_free / n_whole,
+            whole.by_sn2_once / n_whole};
 }
 
 void ModelWork::solve()
@@ -278,6 +289,7 @@ double loss_of(const LearntParams &params, const Neighbourhood &neighbourhood, M
     (*gradient)(kByAlpha) += loss.by_alpha_log;
     (*gradient)(kByBeta) += loss.by_argument;
     const double rho = remaining_correlation(params, neighbourhood);
+    (*gradient)(kByBetaFar) += loss.by_argument * (1.0 - rho);
     (*gradient)(kByVote) += loss.by_argument * rho * neighbourhood.vote;
     (*gradient)(kByLine) += loss.by_argument * rho * neighbourhood.line;
     for (int i = 0; i < 4; ++i) {

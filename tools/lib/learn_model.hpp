@@ -24,7 +24,8 @@ enum Derivative : int {
     kByVote,
     kByLine,
     kByLogWeight, ///< The first of four.
-    kDerivatives = kByLogWeight + 4
+    kByBetaFar = kByLogWeight + 4,
+    kDerivatives
 };
 using Gradient = Eigen::Matrix<double, kDerivatives, 1>;
 
@@ -90,6 +91,7 @@ private:
     struct NoiseTerms {
         double by_sf2, by_sn2, by_sn2_free, by_sn2_once;
     };
+    static NoiseTerms whole_noise(const LearntParams &params, const NeighbourPoint &point);
     static NoiseTerms noise_terms(const LearntParams &params, const NeighbourPoint &point);
 
     Eigen::VectorXd y_, a_, b_, k_star_, noise_;

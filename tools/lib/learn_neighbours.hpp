@@ -49,6 +49,7 @@ struct NeighbourPoint {
     double label; ///< +1 occupied, -1 free.
     HitNoise noise;
     double count; ///< Equal points made one: its noise variance is that of one over their count.
+    double weight = 1.0; ///< What is left of each of them where neighbours fade (params.h).
 };
 
 struct Neighbourhood {
@@ -67,6 +68,7 @@ struct NeighbourRule {
     std::size_t scan_points_max; ///< 0: no cap.
     std::size_t n_hits;
     std::size_t n_free;
+    std::size_t n_fading = 0; ///< Of each kind, the last that fade.
 };
 
 /// Brute force on all cores.

@@ -66,6 +66,7 @@ std::set<std::string> keys_of(std::int32_t kernel)
                                   "sf2",           "sn2",
                                   "sn2_free",      "sn2_once",
                                   "alpha",         "beta",
+                                  "beta_far",      "fading",
                                   "hits",          "free",
                                   "gap_m",         "p_occupied",
                                   "p_free"};
@@ -85,6 +86,7 @@ void read_context(const TomlTable &table, gpom_params_t &params)
                                                         {"vote", &params.vote},
                                                         {"line", &params.line},
                                                         {"fade_m", &params.fade_m},
+                                                        {"beta_far", &params.beta_far},
                                                         {"sn2_once", &params.sn2_once},
                                                         {"log_hit_first", &params.log_hit_first},
                                                         {"log_hit_last", &params.log_hit_last},
@@ -97,6 +99,9 @@ void read_context(const TomlTable &table, gpom_params_t &params)
     }
     if (table.has("scan_points_max")) {
         params.scan_points_max = count(table, "scan_points_max", GPOM_POINTS_MAX);
+    }
+    if (table.has("fading")) {
+        params.n_fading = count(table, "fading", GPOM_SPARSE_POINTS_MAX);
     }
 }
 
