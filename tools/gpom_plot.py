@@ -19,6 +19,7 @@ matplotlib.use("Agg")  # no display needed; before pyplot
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.colors import BoundaryNorm, ListedColormap  # noqa: E402
+from matplotlib.transforms import ScaledTranslation  # noqa: E402
 
 EXIT_USAGE = 2
 CLASSES = ("free", "unsure", "occupied", "unknown")
@@ -198,8 +199,9 @@ def draw_hits(axes, hits, kept, size):
 
 
 def legend_below(axes):
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=2, frameon=False,
-                markerscale=2)
+    below_labels = ScaledTranslation(0, -0.4, axes.figure.dpi_scale_trans)  # inches
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0),
+                bbox_transform=axes.transAxes + below_labels, ncols=2, frameon=False, markerscale=2)
 
 
 def label_axes(panels, extent):
@@ -278,7 +280,6 @@ def draw_roc(axes, methods, part):
         axes.plot(metrics["roc"]["fp"], metrics["roc"]["tp"], color=colour, linestyle=line,
                   marker=marker, markevery=0.12, markersize=5)
     axes.plot([0, 1], [0, 1], "-", color="0.7", linewidth=0.8)
-    axes.text(0.6, 0.56, "chance", color="0.5")
     axes.axhline(0.95, color="0.8", linewidth=0.8, zorder=0)
     axes.set(xlabel="false-positive rate [1]", ylabel="true-positive rate [1]", aspect="equal",
              xlim=(-0.01, 1.01), ylim=(-0.01, 1.01))
@@ -297,10 +298,9 @@ def draw_reliability(axes, methods, part):
         axes.scatter(x, y, color=colour, marker=marker,
                      s=[1 + 300 * b["points"] / metrics["points"] for b in bins])
     axes.plot([0, 1], [0, 1], "-", color="0.7", linewidth=0.8)
-    axes.text(0.6, 0.56, "calibrated", color="0.5")
     axes.set(xlabel="mean probability in the bin [1]", ylabel="share occupied [1]",
              aspect="equal", xlim=(-0.01, 1.01), ylim=(-0.01, 1.01),
-             title="Reliability (marker area: share of the points)")
+             title="Reliability (marker area: share of the points; grey: calibrated)")
 
 
 def roc_figure(report):
@@ -308,7 +308,8 @@ def roc_figure(report):
     part = "near" if all("near" in method for method in methods) else "all"
     figure, (left, right) = plt.subplots(1, 2, figsize=(14, 8.4), layout="constrained")
     draw_roc(left, methods, part)
-    left.set_title("ROC, points within 5 m of a beam" if part == "near" else "ROC, held-out beams")
+    where = "points within 5 m of a beam" if part == "near" else "held-out beams"
+    left.set_title(f"ROC, {where} (grey: chance)")
     draw_reliability(right, methods, part)
     figure.legend(left.get_lines()[:len(methods)],
                   [f"{m['label']}: AUC {m[part]['auc']:.4f}, ECE {m[part]['ece']:.4f}"
@@ -346,7 +347,7 @@ def profile_figure(report):
         draw_profile(axes, methods, name)
         axes.set(title=title, xlabel=f"offset from the {surface} [m], negative before it")
     panels[0].axhline(0.5, color="0.8", linewidth=0.8, zorder=0)
-    panels[0].set_ylabel("[1]")
+    panels[0].set_ylabel("probability or share [1]")
     lines = panels[0].get_lines()[:len(methods)]
     labels = []
     for method in methods:

@@ -15,7 +15,7 @@ TITLES = {"live": "what is worth keeping", "spurious": "spurious returns"}
 # Maps whose parameters their own beams taught.
 LEARNT = "live learnt"
 LEARNT_SEEDS_MAX = 3
-LEARNT_MODEL = ("--kernel", "matern12", "--model", "noise,anisotropy,vote")
+LEARNT_MODEL = ("--kernel", "matern12", "--model", "noise,anisotropy,vote,line")
 SURFACES_TEXT = """\
 Live maps as below: all scans in order, nine returns in ten, at most 16,384 beams kept; the other
 returns judge. "Learnt": parameters that `gpom-learn` took from the very returns that make the map.
