@@ -6,6 +6,7 @@ and reliability); of a log also coarse.png (the whole area in coarse cells, grid
 window.png (a part of it in cells of 0.1 m, with the variance).
 """
 import argparse
+import difflib
 import csv
 import json
 import os
@@ -316,7 +317,11 @@ def plot(folder, out):
 
 class OneLineParser(argparse.ArgumentParser):
     def error(self, message):
-        self.exit(EXIT_USAGE, f"{self.prog}: {message}; see {self.prog} --help\n")
+        options = list(self._option_string_actions)
+        meant = [near for word in message.split() if word.startswith("--")
+                 for near in difflib.get_close_matches(word.split("=")[0], options, 1)]
+        hint = f"; did you mean {meant[0]}?" if meant and meant[0] not in message else ""
+        self.exit(EXIT_USAGE, f"{self.prog}: {message}{hint}; see {self.prog} --help\n")
 
 
 def main():

@@ -431,8 +431,9 @@ void read_snapshot(const TomlTable &root, const std::string &path, Config &confi
 /// Whatever else the library refuses.
 void check_map(const TomlTable &root, const gpom_config_t &map)
 {
-    if (gpom_map_bytes(&map) == 0) {
-        root.fail("map", "map: beam_max or the raster is out of range");
+    const char *problem = nullptr;
+    if (gpom_config_check(&map, &problem) != GPOM_OK) {
+        root.fail("map", "map: " + std::string(problem != nullptr ? problem : "out of range"));
     }
 }
 
