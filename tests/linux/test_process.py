@@ -170,19 +170,40 @@ def test_a_wrong_configuration_is_refused_with_file_line_and_field(parts, line, 
     assert text in done.stderr.replace(str(tmp_path) + "/", "")
 
 
-def test_the_shipped_configuration_is_good_and_says_the_defaults(tmp_path):
-    """Switching on everything that is commented out changes nothing but what it adds."""
-    shipped = ROOT / "ports" / "linux" / "gpomd.toml"
-    done = run("gpomd", "--config", shipped, "--check")
+SHIPPED = (ROOT / "ports" / "linux" / "gpomd.toml").read_text().replace("../..", str(ROOT))
+SETTING = re.compile(r"# [\w.]+ = ")  # a default in a comment
+EXAMPLE = re.compile(r"#     [\w.]+ = ")
+
+
+def checked(lines, tmp_path):
+    path = tmp_path / "shipped.toml"
+    path.write_text("\n".join(lines))
+    return run("gpomd", "--config", path, "--check")
+
+
+def with_comments_off(patterns, numbers=None):
+    """The lines of the shipped file, those that match switched on: all, or those of numbers."""
+    return [re.sub("^# +", "", line) if any(map(lambda p: p.match(line), patterns))
+            and (numbers is None or i in numbers) else line
+            for i, line in enumerate(SHIPPED.splitlines())]
+
+
+@pytest.mark.parametrize("number", [i for i, line in enumerate(SHIPPED.splitlines())
+                                    if SETTING.match(line)])
+def test_each_commented_line_of_the_shipped_configuration_is_right_by_itself(number, tmp_path):
+    """It is a default: what is said of the configuration stays the same."""
+    done = checked(with_comments_off([SETTING], {number}), tmp_path)
     assert done.returncode == 0, done.stderr
-    text = shipped.read_text().replace("../..", str(ROOT))
-    lines = [line[2:] if line.startswith("# ") and (" = " in line or line.startswith("# ["))
-             else line for line in text.splitlines()]
-    whole = tmp_path / "whole.toml"
-    whole.write_text("\n".join(line for line in lines if "--check" not in line))
-    again = run("gpomd", "--config", whole, "--check")
-    assert again.returncode == 0, again.stderr
-    assert again.stdout.split(";")[0] == done.stdout.split(";")[0]
+    plain = checked(SHIPPED.splitlines(), tmp_path)
+    assert plain.stdout.split(";")[0] == done.stdout.split(";")[0]
+
+
+def test_the_whole_shipped_configuration_is_right_with_its_examples_too(tmp_path):
+    for patterns in ([SETTING], [EXAMPLE], [SETTING, EXAMPLE]):
+        done = checked(with_comments_off(patterns), tmp_path)
+        assert done.returncode == 0, done.stderr
+    n_settings = sum(SETTING.match(line) is not None for line in SHIPPED.splitlines())
+    assert n_settings > 60 and sum(map(bool, map(EXAMPLE.match, SHIPPED.splitlines()))) == 3
 
 
 def test_without_a_multicast_route_all_say_so_in_one_sentence(street, tmp_path):
