@@ -86,7 +86,7 @@ COMMON    := $(CPU_FLAGS) $(MODE) $(WARN) $(NUMERICS) $(INCLUDES)
 CORE_FLAGS := -std=c++17 $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \
               -fno-exceptions -fno-rtti -fno-threadsafe-statics \
               -ffunction-sections -fdata-sections -fvisibility=hidden $(CXXFLAGS)
-TOOL_LIBS  := -lz -loctomap -loctomath
+TOOL_LIBS  := -lz -lbz2 -loctomap -loctomath
 # Headers of test libraries without code, for cross compilers, which do not look where they are.
 CROSS_INCLUDE := $(BUILD)/target/include
 HOST_FLAGS := -std=c++17 $(COMMON) $(if $(CROSS),-isystem $(CROSS_INCLUDE)) -pthread $(CXXFLAGS)
@@ -150,8 +150,11 @@ CAN_SRC      := $(wildcard ports/can/*.c ports/can/examples/*.c)
 CAN_OBJ      := $(call objects,$(CAN_SRC))
 CAN_TEST_OBJ := $(call objects,$(wildcard tests/can/*.cpp))
 
-BENCH_LIB := $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive street_world scan_log \
-             text_lines truth host_map params_toml toml_table))
+# Readers of recorded scans.
+SCAN_LIB  := $(call objects,$(patsubst %,tools/lib/%.cpp,scan_log carmen_log scan_times \
+             laser_angles text_lines packed_file))
+BENCH_LIB := $(SCAN_LIB) $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive \
+             street_world truth host_map params_toml toml_table))
 BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
 # The solve alone, compiled as the hot path is; kernel_constants() comes from the same namespace.
 BENCH_ISAS := $(if $(filter auto,$(LANES)),avx2 avx512)
@@ -202,6 +205,13 @@ demo-cars: tools ## Vehicles leave (spurious returns or not) or arrive on a stre
 	$(Q)$(CARS) --cars-leave-at -1 --cars-arrive-at 40 --json build/demo-cars/arrive.json
 	$(Q)build/venv/bin/python tools/cars_picture.py $(foreach i,leave spurious arrive, \
 	    build/demo-cars/$i.json) --out build/demo-cars/map.png
+
+demo-doors: tools ## Doors in a live map, a low-resolution map and OctoMap: build/demo-doors
+	@mkdir -p build/demo-doors
+	$(Q)$(BUILD)/gpom-live door --params tools/params/indoor.toml $(if $(SEED),--seed $(SEED)) \
+	    --json build/demo-doors/doors.json
+	$(Q)for stage in past through; do build/venv/bin/python tools/door_picture.py \
+	    build/demo-doors/doors.json --stage $$stage --out build/demo-doors/$$stage.png || exit; done
 
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
@@ -274,10 +284,10 @@ distclean: ## Remove build/ whole
 	$(Q)rm -rf build
 
 .PHONY: help lib tools codec gpomd bench bench-insert bench-instructions count-queries demo \
-        demo-cars demo-lcm soak results fuzz test test-all lint format check-symbols firmware \
-        test-firmware clean distclean test-programs unit tsan processors codec-tests linux-tests \
-        can-tests test-can fuzzers firmware-image firmware-host test-firmware-programs demo- \
-        firmware install FORCE
+        demo-cars demo-doors demo-lcm soak results fuzz test test-all lint format check-symbols \
+        firmware test-firmware clean distclean test-programs unit tsan processors codec-tests \
+        linux-tests can-tests test-can fuzzers firmware-image firmware-host \
+        test-firmware-programs demo-firmware install FORCE
 .DEFAULT_GOAL := help
 
 # --- Behind them -------------------------------------------------------------------------------
@@ -429,18 +439,17 @@ $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)
 
 $(BUILD)/gpomd: $(BUILD)/obj/ports/linux/gpomd.o $(LINUX_LIB)
 $(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
-    $(call objects,ports/linux/sender ports/linux/network tools/lib/scan_log tools/lib/text_lines \
-      tools/lib/lcm_log)
+    $(call objects,ports/linux/sender ports/linux/network tools/lib/lcm_log) $(SCAN_LIB)
+$(BUILD)/gpom-replay $(BUILD)/library-map: READ_LIBS := -lbz2
 $(BUILD)/gpom-bridge: $(call objects,tools/gpom_bridge tools/lib/serial_line ports/linux/sender \
     ports/linux/memory ports/linux/network ports/linux/subscriber) $(BUILD)/libgpom_device.a
-$(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) \
-    $(call objects,tools/lib/scan_log tools/lib/text_lines)
+$(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) $(SCAN_LIB)
 $(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/unit/main.cpp) \
     $(LINUX_LIB)
 $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a $(BUILD)/libgpom_can.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $(filter %.o,$^) $(filter %_device.a,$^) \
-	    $(filter %_codec.a %_can.a,$^) $(filter %gpom.a,$^) -lz $(CORE_LIBS)
+	    $(filter %_codec.a %_can.a,$^) $(filter %gpom.a,$^) -lz $(READ_LIBS) $(CORE_LIBS)
 
 # --- CAN ---
 can-tests: gpomd $(BUILD)/can_tests $(BUILD)/libgpom_can.so $(BUILD)/gpom-sim $(BUILD)/lcm/stamp \
@@ -483,10 +492,10 @@ $(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
 $(BUILD)/speed: $(BUILD)/obj/bench/speed.o $(BUILD)/obj/bench/solve.o $(BENCH_ISA_OBJ) \
     $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lbenchmark -lz $(CORE_LIBS)
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lbenchmark -lz -lbz2 $(CORE_LIBS)
 $(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
-	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz $(CORE_LIBS)
+	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz -lbz2 $(CORE_LIBS)
 $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS) $(CORE_LIBS)
@@ -523,7 +532,8 @@ $(BUILD)/%.elf: $(CORTEX_M)/startup.o $(BUILD)/libgpom.a $(LD_SCRIPT)
 # The unit tests that make sense there, as hosted programs under newlib's semihosting: the library
 # is the device's, the tests are those of the PC.
 TARGET_TESTS := $(foreach i,main test_chol test_elementary test_index test_kdtree test_kernel \
-    test_lane test_local_gp test_map test_params test_scan test_select,tests/unit/$(i)) \
+    test_lane test_local_gp test_map test_params test_reading test_scan \
+    test_select,tests/unit/$(i)) \
     $(patsubst %.cpp,%,$(CODEC_TEST_SRC))
 TARGET_OBJ := $(TARGET_TESTS:%=$(BUILD)/target/%.o) $(BUILD)/target/tests/firmware/target/boot.o
 TARGET_INCLUDE := $(CROSS_INCLUDE) $(BUILD)/lcm tests/firmware/target/include

@@ -30,7 +30,7 @@ Neighbourhood<F> spiral(Memory &memory, const gpom_params_t &params)
         }
         memory.noise[j] = lane::splat<F>(params.sn2);
     }
-    return {memory.x_m, memory.y_m, memory.noise, params.n_hits, params.n_free};
+    return {memory.x_m, memory.y_m, memory.noise, nullptr, params.n_hits, params.n_free};
 }
 
 template <gpom_kernel_t K> float solve_with(const gpom_params_t &params, std::size_t rounds)

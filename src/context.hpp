@@ -12,6 +12,9 @@ namespace gpom
 constexpr float kContextReach_m = 30.0f;
 constexpr float kLogFloor_m = 0.02f;
 
+/// So far behind a line of hits, or before it, its vote is sure [m].
+constexpr float kLineScale_m = 0.05f;
+
 /// Distance to a neighbour, or the reach if it is farther or absent.
 template <class F> inline F distance_of(const Neighbourhood<F> &points, size_t i)
 {
@@ -22,11 +25,36 @@ template <class F> inline F distance_of(const Neighbourhood<F> &points, size_t i
     return lane::select(points.noise[i] < kAbsentNoise, lane::min(d_m, reach_m), reach_m);
 }
 
+/// Least weight of a neighbour: what is left of it is less than rounding, and its noise finite.
+constexpr float kWeightMin = 1e-6f;
+
+/// Weight of a neighbour at the distance d_m: 1 up to from_m, 1 - t^2 beyond, t rising to 1 at
+/// end_m. With the noise that fading_noise() makes of it, an answer does not feel which neighbour
+/// is the last. If all are equally far away, all of them count.
+template <class F> inline F fading_weight(F d_m, F from_m, F end_m)
+{
+    const F zero = lane::splat<F>(0.0f);
+    const F t =
+        lane::max(F(d_m - from_m), zero) / lane::max(F(end_m - from_m), lane::splat<F>(1e-12f));
+    return lane::max(F(1.0f - t * t), lane::splat<F>(kWeightMin));
+}
+
+/// Noise variance of a neighbour of this weight: of what it says of f at its place, the share w of
+/// the variance is left, as for a place that is not exactly known (noise.hpp: raised()).
+template <class F> inline F fading_noise(F noise, float prior_variance, F weight)
+{
+    return (noise + prior_variance) / weight - prior_variance;
+}
+
+/// Added to squared distances in facing() where neighbours fade [m2]: there the cosine turns over a
+/// few centimetres at a hit instead of all at once.
+constexpr float kFacingSoftness_m2 = kLogFloor_m * kLogFloor_m;
+
 /// Cosine between a hit's beam and the way from the hit, at (x, y) from the query, to the query;
 /// 0 for a query on the hit.
-template <class F> inline F facing(F x_m, F y_m, F dir_x, F dir_y)
+template <class F> inline F facing(F x_m, F y_m, F dir_x, F dir_y, float softness_m2)
 {
-    const F d_m = lane::sqrt(lane::fma(x_m, x_m, F(y_m * y_m)));
+    const F d_m = lane::sqrt(F(lane::fma(x_m, x_m, F(y_m * y_m)) + softness_m2));
     const F along_m = -lane::fma(dir_x, x_m, F(dir_y * y_m));
     const F one = lane::splat<F>(1.0f);
     return lane::select(d_m < 1e-6f, F(0.0f * one), F(along_m / lane::max(d_m, F(1e-6f * one))));
@@ -62,9 +90,10 @@ template <class F> inline F log_terms(const gpom_params_t &params, const Neighbo
 /// What is added to alpha mu in eq. 7 far from all beams.
 inline float prior_offset(const gpom_params_t &params)
 {
-    return params.beta + log_positive(kContextReach_m + kLogFloor_m) *
-                             (params.log_hit_first + params.log_hit_last + params.log_free_first +
-                              params.log_free_last);
+    const float logs =
+        log_positive(kContextReach_m + kLogFloor_m) *
+        (params.log_hit_first + params.log_hit_last + params.log_free_first + params.log_free_last);
+    return params.beta + params.beta_far + logs;
 }
 
 /// What eq. 7 needs of a query, beside alpha.
@@ -94,7 +123,7 @@ template <class F> struct Sums {
     F weight, x, y, xx, xy, yy;
 };
 
-/// Hits near the query count most: weights 1 / (0.01 m2 + d^2).
+/// Hits near the query count most: their weights times 1 / (0.01 m2 + d^2).
 template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x0_m, F y0_m)
 {
     const F zero = lane::splat<F>(0.0f);
@@ -103,7 +132,8 @@ template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x
         const F x_m = points.x_m[i];
         const F y_m = points.y_m[i];
         const F near = 1.0f / (0.01f + lane::fma(x_m, x_m, F(y_m * y_m)));
-        const F weight = lane::select(points.noise[i] < kAbsentNoise, near, zero);
+        const F weight =
+            lane::select(points.noise[i] < kAbsentNoise, F(near * points.weight[i]), zero);
         const F wx = weight * (x_m - x0_m);
         const F wy = weight * (y_m - y0_m);
         sums.weight = sums.weight + weight;
@@ -117,21 +147,22 @@ template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x
     return sums;
 }
 
-/// Projection on an axis: v v^T = (1 + c, s; s, 1 - c) / 2; and how much to take away along it.
-template <class F> struct AxisShrink {
-    F c, s, amount;
+/// The main axis v of the hits' scatter about their mean: v v^T = (1 + c, s; s, 1 - c) / 2. With r
+/// half the difference of the scatter's eigenvalues, r (c, s) = ((xx - yy) / 2, xy).
+template <class F> struct HitAxis {
+    F c, s;
+    F narrow;   ///< 1 - sqrt(lambda_2 / lambda_1): 1 for hits on a line, 0 without an axis.
+    F x_m, y_m; ///< The mean of the hits.
 };
 
-/// The main axis of the hits' scatter about their mean. With r half the difference of the two
-/// eigenvalues, r (c, s) = ((xx - yy) / 2, xy).
-template <class F>
-inline AxisShrink<F> axis_of_hits(const Neighbourhood<F> &points, float anisotropy)
+template <class F> inline HitAxis<F> axis_of_hits(const Neighbourhood<F> &points)
 {
     const F zero = lane::splat<F>(0.0f);
     const F one = lane::splat<F>(1.0f);
     const Sums<F> about_query = sums_about(points, zero, zero);
-    const Sums<F> sums = sums_about(points, F(about_query.x / about_query.weight),
-                                    F(about_query.y / about_query.weight));
+    const F x_m = about_query.x / about_query.weight;
+    const F y_m = about_query.y / about_query.weight;
+    const Sums<F> sums = sums_about(points, x_m, y_m);
     const F half_trace = 0.5f * (sums.xx + sums.yy) / sums.weight;
     const F difference = 0.5f * (sums.xx - sums.yy) / sums.weight;
     const F cross = sums.xy / sums.weight;
@@ -141,16 +172,31 @@ inline AxisShrink<F> axis_of_hits(const Neighbourhood<F> &points, float anisotro
     const auto has_axis = (lambda_1 > 1e-12f) & (r > 0.0f);
     const F ratio = lambda_2 / lane::select(has_axis, lambda_1, one);
     const F inv_r = 1.0f / lane::select(has_axis, r, one);
-    const F amount = anisotropy * (1.0f - lane::sqrt(ratio));
-    return {difference * inv_r, cross * inv_r, lane::select(has_axis, amount, zero)};
+    const F narrow = 1.0f - lane::sqrt(ratio);
+    return {difference * inv_r, cross * inv_r, lane::select(has_axis, narrow, zero), x_m, y_m};
+}
+
+/// How far the query is behind the line through the hits (params.h, `line`). With the normal's
+/// projection n n^T = (1 - c, -s; -s, 1 + c) / 2 neither its sign nor a branch is needed.
+///
+/// beam_x, beam_y  the mean direction of the hits' beams.
+template <class F> inline F behind_line(const HitAxis<F> &axis, F beam_x, F beam_y)
+{
+    const F off_x = (1.0f - axis.c) * axis.x_m - axis.s * axis.y_m; // 2 n n^T mean
+    const F off_y = (1.0f + axis.c) * axis.y_m - axis.s * axis.x_m;
+    const F t2 = 0.5f * lane::fma(axis.x_m, off_x, F(axis.y_m * off_y));
+    const F spread2 = lane::max(t2, lane::splat<F>(0.0f)) + kLineScale_m * kLineScale_m;
+    const F facing_t = -0.5f * lane::fma(beam_x, off_x, F(beam_y * off_y));
+    return axis.narrow * facing_t / lane::sqrt(spread2);
 }
 
 /// Shrink all coordinates along the hits' main axis v by f = 1 - a (1 - sqrt(lambda_2 / lambda_1)):
 /// x - (1 - f) v v^T x.
-template <class F> inline void shrink_along_hits(const Neighbourhood<F> &points, float anisotropy)
+template <class F>
+inline void shrink_along_hits(const Neighbourhood<F> &points, const HitAxis<F> &axis,
+                              float anisotropy)
 {
-    const AxisShrink<F> axis = axis_of_hits(points, anisotropy);
-    const F half = 0.5f * axis.amount;
+    const F half = 0.5f * (anisotropy * axis.narrow);
     for (size_t i = 0; i < points.n_hits + points.n_free; ++i) {
         const F x_m = points.x_m[i];
         const F y_m = points.y_m[i];

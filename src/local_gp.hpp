@@ -16,6 +16,7 @@ constexpr float kAbsentNoise = 1e30f;
 template <class F> struct Neighbourhood {
     F *x_m, *y_m; ///< Relative to the query; room for whole tiles of points, as in the others.
     F *noise;     ///< Noise variance, or kAbsentNoise.
+    F *weight;    ///< 1, or what is left of it where neighbours fade (context.hpp).
     size_t n_hits, n_free;
 
     size_t n_tiles() const { return tile_count(n_hits + n_free); }

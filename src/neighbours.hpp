@@ -9,36 +9,116 @@
 namespace gpom
 {
 
-/// How many of the first n entries of a lane are of the same scan as `beam`.
-inline uint32_t count_scan(const NearestK<F> &nearest, const Beam *beams, int i_lane, uint32_t n,
-                           const Beam &beam)
+/// Of the points of one lane that are chosen so far, those of one scan: how many, and the places of
+/// the last one and of the one before.
+struct OfScan {
+    uint32_t n, last, before;
+};
+
+inline OfScan of_scan(const NearestK<F> &nearest, const Beam *beams, int i_lane, uint32_t n_chosen,
+                      uint16_t scan)
 {
-    uint32_t count = 0;
-    for (uint32_t j = 0; j < n; ++j) {
+    OfScan same = {0, 0, 0};
+    for (uint32_t j = 0; j < n_chosen; ++j) {
         const int32_t slot = lane::get(nearest.best[j].slot, i_lane);
-        count += beams[slot].scan == beam.scan ? 1u : 0u;
+        if (beams[slot].scan == scan) {
+            same = {same.n + 1, j, same.last};
+        }
     }
-    return count;
+    return same;
+}
+
+/// Where the neighbours of one kind are chosen, and how they fade: the weights of n of them, and
+/// the distances at which the fading starts and ends.
+struct Fading {
+    F *weight;
+    uint32_t n;
+    F from_m, end_m;
+};
+
+inline float distance_m(const NearestK<F> &nearest, uint32_t rank, int i_lane)
+{
+    return lane::sqrt(lane::get(nearest.best[rank].d2, i_lane));
+}
+
+/// The last point that the cap leaves of a scan fades from the distance of the one before, if there
+/// is one, to that of the first point left out, or of the pool's last.
+inline void fade_last_of_scan(const NearestK<F> &nearest, const Fading &fading, int i_lane,
+                              const OfScan &of, float end_m)
+{
+    const float from_m = of.n > 1 ? distance_m(nearest, of.before, i_lane) : 0.0f;
+    const float weight = fading_weight(distance_m(nearest, of.last, i_lane), from_m, end_m);
+    lane::set(fading.weight[of.last], i_lane,
+              lane::min(weight, lane::get(fading.weight[of.last], i_lane)));
+}
+
+/// cap_scans() of one lane.
+inline void cap_scans_of(const gpom_map &map, NearestK<F> &nearest, Fading &fading, int i_lane)
+{
+    const gpom_params_t &params = map.config.params;
+    const bool fades = params.n_fading > 0;
+    const float pool_end_m = lane::get(fading.end_m, i_lane);
+    uint32_t n_chosen = 0;
+    for (uint32_t j = 0; j < nearest.k && (fades || n_chosen < fading.n); ++j) {
+        const int32_t slot = lane::get(nearest.best[j].slot, i_lane);
+        if (slot < 0) {
+            break;
+        }
+        const OfScan same =
+            of_scan(nearest, map.index.beams, i_lane, n_chosen, map.index.beams[slot].scan);
+        const float d2 = lane::get(nearest.best[j].d2, i_lane);
+        if (same.n == params.scan_points_max) {
+            if (fades) {
+                fade_last_of_scan(nearest, fading, i_lane, same, lane::sqrt(d2));
+            }
+        } else if (n_chosen == fading.n) {
+            lane::set(fading.end_m, i_lane,
+                      lane::min(lane::sqrt(d2), lane::get(fading.end_m, i_lane)));
+        } else {
+            lane::set(nearest.best[n_chosen].slot, i_lane, slot);
+            lane::set(nearest.best[n_chosen].d2, i_lane, d2);
+            if (fades && same.n + 1 == params.scan_points_max) {
+                fade_last_of_scan(nearest, fading, i_lane, {same.n + 1, n_chosen, same.last},
+                                  pool_end_m);
+            }
+            ++n_chosen;
+        }
+    }
+    for (uint32_t j = n_chosen; j < fading.n; ++j) {
+        lane::set(nearest.best[j].slot, i_lane, int32_t{-1});
+        lane::set(nearest.best[j].d2, i_lane, kNoDistance2);
+    }
 }
 
 /// Choose n of the pool in its order, at most scan_points_max of any scan; they become the first n
 /// entries, -1 where there are fewer. Beams of one scan share its errors and its view; a cap keeps
 /// them from being taken for independent witnesses.
-inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, uint32_t n)
+inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, Fading &fading)
 {
-    const uint32_t scan_points_max = map.config.params.scan_points_max;
     for (int i = 0; i < kLanes; ++i) {
-        uint32_t n_chosen = 0;
-        for (uint32_t j = 0; j < nearest.k && n_chosen < n; ++j) {
-            const int32_t slot = lane::get(nearest.best[j].slot, i);
-            if (slot >= 0 && count_scan(nearest, map.index.beams, i, n_chosen,
-                                        map.index.beams[slot]) < scan_points_max) {
-                lane::set(nearest.best[n_chosen++].slot, i, slot);
-            }
-        }
-        for (uint32_t j = n_chosen; j < n; ++j) {
-            lane::set(nearest.best[j].slot, i, int32_t{-1});
-        }
+        cap_scans_of(map, nearest, fading, i);
+    }
+}
+
+/// Choose n neighbours of one kind out of what was found, and their weights.
+inline void choose(const gpom_map &map, NearestK<F> &nearest, F *weight, uint32_t n)
+{
+    const gpom_params_t &params = map.config.params;
+    const uint32_t n_whole = n - params.n_fading;
+    for (uint32_t j = 0; j < n; ++j) {
+        weight[j] = lane::splat<F>(1.0f);
+    }
+    Fading fading = {weight, n, lane::sqrt(nearest.best[n_whole - 1].d2),
+                     lane::sqrt(nearest.worst())};
+    if (params.scan_points_max > 0) {
+        cap_scans(map, nearest, fading);
+    }
+    if (params.n_fading == 0) {
+        return;
+    }
+    for (uint32_t j = params.scan_points_max > 0 ? 0 : n_whole; j < n; ++j) {
+        const F d_m = lane::sqrt(nearest.best[j].d2);
+        weight[j] = weight[j] * fading_weight(d_m, fading.from_m, fading.end_m);
     }
 }
 
@@ -101,29 +181,45 @@ struct GatherTo {
     size_t first, n;
 };
 
+/// What the beams of the chosen hits say, summed, each counting its weight: facing(), their
+/// directions, and the weights.
+struct BeamSums {
+    F facing, dir_x, dir_y, weight;
+};
+
 /// Bring the chosen neighbours into the neighbourhood: each lane's own beams as points relative to
-/// its query, with their noise; one that was not found is absent. Returns the sum of facing().
+/// its query, with their noise; one that was not found is absent. Returns the beams' sums, zero
+/// where no parameter asks for them.
 template <class Part>
-F gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
-         const GatherTo &to)
+BeamSums gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
+                const GatherTo &to)
 {
+    const gpom_params_t &params = map.config.params;
     const Offset<F> at = work.packet->at;
     const Neighbourhood<F> points = work.points;
-    const bool has_vote = map.config.params.vote != 0.0f;
-    F facing_sum = lane::splat<F>(0.0f);
+    const F zero = lane::splat<F>(0.0f);
+    const float softness_m2 = params.n_fading > 0 ? kFacingSoftness_m2 : 0.0f;
+    const bool has_sums = params.vote != 0.0f || params.line != 0.0f;
+    BeamSums sums = {zero, zero, zero, zero};
     uint32_t n_beams = 0; // of the rank before
-    for (size_t j = 0; j < to.n; ++j) {
-        const I slots = nearest.best[j].slot;
+    for (size_t j = to.first; j < to.first + to.n; ++j) {
+        const I slots = nearest.best[j - to.first].slot;
+        const F weight = points.weight[j];
         const Gathered own = n_beams <= kSharedMax ? gather_shared(map, at, part, slots, n_beams)
                                                    : gather_each(map, at, part, slots);
-        points.x_m[to.first + j] = own.point.x_m;
-        points.y_m[to.first + j] = own.point.y_m;
-        points.noise[to.first + j] = own.noise;
-        if (has_vote) {
-            facing_sum = facing_sum + facing(own.point.x_m, own.point.y_m, own.dir_x, own.dir_y);
+        points.x_m[j] = own.point.x_m;
+        points.y_m[j] = own.point.y_m;
+        points.noise[j] =
+            params.n_fading > 0 ? fading_noise(own.noise, map.prior_variance, weight) : own.noise;
+        if (has_sums) {
+            sums.facing = sums.facing + weight * facing(own.point.x_m, own.point.y_m, own.dir_x,
+                                                        own.dir_y, softness_m2);
+            sums.dir_x = sums.dir_x + weight * own.dir_x;
+            sums.dir_y = sums.dir_y + weight * own.dir_y;
+            sums.weight = sums.weight + lane::select(slots >= 0, weight, zero);
         }
     }
-    return facing_sum;
+    return sums;
 }
 
 /// How many of the first n entries of each lane were found.
@@ -137,10 +233,10 @@ inline F count_found(const NearestK<F> &nearest, size_t n)
     return count;
 }
 
-/// True if a lane found two at the same distance: only those can be equal points.
-inline bool has_ties(const NearestK<F> &nearest)
+/// True if a lane has two of n neighbours at the same distance: only those can be equal points.
+inline bool has_ties(const NearestK<F> &nearest, size_t n)
 {
-    for (size_t j = 1; j < nearest.k; ++j) {
+    for (size_t j = 1; j < n; ++j) {
         const F d2 = nearest.best[j].d2;
         if (lane::any((d2 == nearest.best[j - 1].d2) & (d2 < kNoDistance2))) {
             return true;
@@ -150,16 +246,22 @@ inline bool has_ties(const NearestK<F> &nearest)
 }
 
 /// What is added to alpha mu in eq. 7: beta, and what context says (params.h).
-inline F context_offset(const gpom_params_t &params, const Workspace &work, F facing_sum)
+inline F context_offset(const gpom_params_t &params, const Workspace &work, const BeamSums &sums,
+                        const HitAxis<F> &axis)
 {
     F offset = lane::splat<F>(params.beta);
     if (has_log_terms(params)) {
         offset = offset + log_terms(params, work.points);
     }
-    if (params.vote != 0.0f) {
-        const F n_found = count_found(work.hits, work.points.n_hits);
-        const F mean = facing_sum / lane::max(n_found, lane::splat<F>(1.0f));
-        offset = offset + params.vote * mean * nearness(work.points);
+    if (params.vote != 0.0f || params.line != 0.0f) {
+        const F n = lane::max(sums.weight, lane::splat<F>(1.0f));
+        const F mean = sums.facing / n;
+        const F near = nearness(work.points);
+        offset = offset + params.vote * mean * near;
+        if (params.line != 0.0f) {
+            offset = offset +
+                     params.line * near * behind_line(axis, F(sums.dir_x / n), F(sums.dir_y / n));
+        }
     }
     return offset;
 }
@@ -239,21 +341,23 @@ inline F find_neighbours(const gpom_map &map, Workspace &work)
 {
     const gpom_params_t &params = map.config.params;
     work.is_cut = !search_both(map, work);
-    if (params.scan_points_max > 0) {
-        cap_scans(map, work.hits, params.n_hits);
-        cap_scans(map, work.free, params.n_free);
-    }
     const Neighbourhood<F> &p = work.points;
-    const F facing_sum = gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits});
+    choose(map, work.hits, p.weight, params.n_hits);
+    choose(map, work.free, p.weight + p.n_hits, params.n_free);
+    const BeamSums sums = gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits});
     gather(map, work, work.free, map.index.free_part, {p.n_hits, p.n_free});
-    const F offset = context_offset(params, work, facing_sum);
-    if (params.anisotropy > 0.0f) {
-        shrink_along_hits(p, params.anisotropy);
+    HitAxis<F> axis = {};
+    if (params.anisotropy > 0.0f || params.line != 0.0f) {
+        axis = axis_of_hits(p);
     }
-    if (has_ties(work.hits)) {
+    const F offset = context_offset(params, work, sums, axis);
+    if (params.anisotropy > 0.0f) {
+        shrink_along_hits(p, axis, params.anisotropy);
+    }
+    if (has_ties(work.hits, p.n_hits)) {
         merge_equal(p.x_m, p.y_m, p.noise, p.n_hits);
     }
-    if (has_ties(work.free)) {
+    if (has_ties(work.free, p.n_free)) {
         merge_equal(p.x_m + p.n_hits, p.y_m + p.n_hits, p.noise + p.n_hits, p.n_free);
     }
     return offset;

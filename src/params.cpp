@@ -13,17 +13,17 @@ void gpom_params_init(gpom_params_t *params)
     params->struct_bytes = sizeof(gpom_params_t);
     params->kernel = GPOM_KERNEL_MATERN12;
     params->frame = GPOM_FRAME_QUERY;
-    params->sf2 = 1.0f;
+    params->sf2 = 13.0f;
     params->s0 = 60.0f;
     params->s1 = 1.0f;
-    params->ell_m = 8.0f;
-    params->sn2 = 0.2f;
-    params->sn2_free = 0.2f;
-    params->alpha = 10.0f;
-    params->beta = 4.0f;
-    params->gap_m = 0.1f;
-    params->p_occupied = 0.8f;
-    params->p_free = 0.2f;
+    params->ell_m = 11.0f;
+    params->sn2 = 0.02f;
+    params->sn2_free = 0.31f;
+    params->alpha = 3.2f;
+    params->beta = 0.035f;
+    params->gap_m = 0.05f;
+    params->p_occupied = 0.7f;
+    params->p_free = 0.3f;
     params->n_hits = 8;
     params->n_free = 8;
 }
@@ -112,6 +112,9 @@ const char *problem_of_context(const gpom_params_t &p)
     if (p.scan_points_max > GPOM_POINTS_MAX) {
         return "scan_points_max: at most 64";
     }
+    if (p.n_fading > 0 && (p.n_fading >= p.n_hits || p.n_fading >= p.n_free)) {
+        return "fading: must be less than hits and than free";
+    }
     if (!is_within(p.depth_m, 0.0f, 5.0f)) {
         return "depth_m: must be from 0 to 5";
     }
@@ -129,6 +132,9 @@ const char *problem_of_context(const gpom_params_t &p)
     }
     if (!is_within(p.vote, -kMost, kMost)) {
         return "vote: must be from -1e6 to 1e6";
+    }
+    if (!is_within(p.line, -kMost, kMost)) {
+        return "line: must be from -1e6 to 1e6";
     }
     return nullptr;
 }
@@ -158,13 +164,19 @@ const char *problem_of_sigmoid(const gpom_params_t &p)
     if (!is_within(p.beta, -kMost, kMost)) {
         return "beta: must be from -1e6 to 1e6";
     }
+    if (!is_within(p.beta_far, -kMost, kMost)) {
+        return "beta_far: must be from -1e6 to 1e6";
+    }
+    if (p.beta_far != 0.0f && p.fade_m == 0.0f) {
+        return "beta_far: must be 0 where fade_m is 0";
+    }
     if (!(p.p_free > 0.0f && p.p_free < p.p_occupied && p.p_occupied < 1.0f)) {
         return "p_free, p_occupied: must satisfy 0 < p_free < p_occupied < 1";
     }
     const float p0 = gpom_params_prior_probability(&p);
     if (!(p0 > p.p_free && p0 < p.p_occupied)) {
-        return "beta: the prior probability Phi(beta / sqrt(1 + alpha^2 k(x, x))) must lie between "
-               "p_free and p_occupied";
+        return "beta: the prior probability Phi((beta + beta_far) / sqrt(1 + alpha^2 k(x, x))) "
+               "must lie between p_free and p_occupied";
     }
     return nullptr;
 }

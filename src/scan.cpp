@@ -154,18 +154,27 @@ bool is_masked(const gpom_sensor_t &sensor, double bearing_rad)
     return false;
 }
 
-/// Count a reading that cannot be used. False: it can.
-bool count_unusable(gpom_stats_t &stats, const gpom_sensor_t &sensor, float range_m,
+/// Count a reading that cannot be used. False: it can; one that stands for "no return" becomes the
+/// usable maximum.
+bool count_unusable(gpom_stats_t &stats, const gpom_sensor_t &sensor, float &range_m,
                     double bearing_rad)
 {
     uint64_t *cause = nullptr;
+    bool is_no_return = false;
     if (range_m != range_m) {
         cause = &stats.beams_nan;
     } else if (range_m <= 0.0f) {
         cause = &stats.beams_not_positive;
+        is_no_return = range_m == 0.0f && sensor.zero_is_no_return != 0;
     } else if (range_m < sensor.range_min_m) {
         cause = &stats.beams_too_near;
-    } else if (is_masked(sensor, bearing_rad)) {
+        is_no_return = sensor.too_near_is_no_return != 0;
+    }
+    if (is_no_return) {
+        range_m = sensor.range_max_m;
+        cause = nullptr;
+    }
+    if (cause == nullptr && is_masked(sensor, bearing_rad)) {
         cause = &stats.beams_masked;
     }
     if (cause == nullptr) {
@@ -192,10 +201,9 @@ float end_variance(const ScanContext &context, const Beam &beam)
 {
     float var_m2 = context.sensor.range_var_m2;
     if (context.pose_cov != nullptr) {
-        using RowMajor = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
-        const Eigen::Matrix3f cov = Eigen::Map<const RowMajor>(context.pose_cov);
         const Eigen::Vector2f direction(beam.dir_x, beam.dir_y);
-        var_m2 += 0.5f * gpom::position_variance(cov, context.lever_m + beam.range_m * direction);
+        const Eigen::Vector2f lever_m = context.lever_m + beam.range_m * direction;
+        var_m2 += 0.5f * gpom::position_variance(context.pose_cov, lever_m);
     }
     return gpom::lane::max(var_m2, 0.0f); // rounding may take it below 0
 }
@@ -336,6 +344,7 @@ void gpom_sensor_init(gpom_sensor_t *sensor)
         return;
     }
     *sensor = gpom_sensor_t{};
+    sensor->range_min_m = 0.02f;
     sensor->range_max_m = 30.0f;
 }
 

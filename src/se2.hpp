@@ -25,12 +25,12 @@ inline Pose operator*(const Pose &T_a_b, const Pose &T_b_c)
 }
 
 /// Variance, summed over x and y [m2], of a point rigidly fixed to a frame whose pose (x, y, yaw)
-/// has covariance `cov`; `lever_m` runs from the frame's origin to the point. First order in yaw.
-inline float position_variance(const Eigen::Matrix3f &cov, const Eigen::Vector2f &lever_m)
+/// has covariance `cov`, 3 x 3 by rows; `lever_m` runs from the frame's origin to the point. First
+/// order in yaw: the trace of J cov J^T with J = [1 0 -lever_y; 0 1 lever_x].
+inline float position_variance(const float *cov, const Eigen::Vector2f &lever_m)
 {
-    Eigen::Matrix<float, 2, 3> J;
-    J << 1.0f, 0.0f, -lever_m.y(), 0.0f, 1.0f, lever_m.x();
-    return (J * cov * J.transpose()).trace();
+    return cov[0] + cov[4] + lever_m.squaredNorm() * cov[8] - lever_m.y() * (cov[2] + cov[6]) +
+           lever_m.x() * (cov[5] + cov[7]);
 }
 
 } // namespace gpom

@@ -77,8 +77,7 @@ bool commits(const State &s, Commit &commit)
         return false;
     }
     static_assert(offsetof(gpom_stats_t, scans_inserted) == 0, "not the first counter");
-    gpom::Decoder counters_from = {s.block + gpom::kCountersAt};
-    const bool has_scans = s.n_beams == 0 || gpom::take<uint64_t>(counters_from) > 0;
+    const bool has_scans = s.n_beams == 0 || gpom::first_counter(s.block) > 0;
     return commit.n_beams == s.n_beams && commit.blocks_crc == s.blocks_crc &&
            s.id_end <= commit.next_id && has_scans &&
            commit.stamp0_us <= INT64_MAX - int64_t{1000} * s.stamp_ms_max;
@@ -418,8 +417,7 @@ void publish(State &s, gpom_map_t &map)
     if (has_scans) {
         gpom::lowres_follow(map.lowres, keeper.robot, keeper.stamp_us);
     }
-    const uint8_t *const params = s.block + gpom::kParamsAt;
-    s.report.params_differ = memcmp(params, s.params, sizeof s.params) != 0 ? 1 : 0;
+    s.report.params_differ = gpom::has_params(s.block, s.params) ? 0 : 1;
     s.report.n_beams = map.index.n_beams;
     finish(s);
 }

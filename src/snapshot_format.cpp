@@ -12,6 +12,14 @@ namespace
 
 constexpr uint32_t kMagic = 0x534d5047; // "GPMS" in the order of the bytes
 constexpr auto kFormat = static_cast<uint16_t>(GPOM_MAP_FORMAT);
+constexpr uint16_t kFormatBefore = kFormat - 1;
+
+/// Bytes of the hyperparameters in a commit block of either format.
+uint32_t params_bytes(const uint8_t *block)
+{
+    Decoder from = {block + sizeof kMagic};
+    return take<uint16_t>(from) == kFormat ? GPOM_PARAMS_RECORD_BYTES : kRecordBytesBefore;
+}
 
 /// The fields of Beam that are bits, low bit first in this order.
 uint16_t bits_of_beam(const Beam &beam)
@@ -113,8 +121,9 @@ bool open_block(const uint8_t *block, BlockHead &head)
         return false;
     }
     Decoder from = {block};
-    const bool is_ours = take<uint32_t>(from) == kMagic && take<uint16_t>(from) == kFormat;
-    if (!is_ours) {
+    const bool is_ours = take<uint32_t>(from) == kMagic;
+    const auto format = take<uint16_t>(from);
+    if (!is_ours || (format != kFormat && format != kFormatBefore)) {
         return false;
     }
     const auto kind = take<uint8_t>(from);
@@ -165,11 +174,32 @@ bool take_commit(const uint8_t *block, Commit &commit)
            is_within(commit.robot_x_m, commit.robot_y_m, kRobotPlaceMax_m);
 }
 
+bool has_params(const uint8_t *block, const uint8_t *record)
+{
+    const uint32_t end = params_bytes(block) - kRecordCrcBytes;
+    if (memcmp(block + kParamsAt + kRecordHeadBytes, record + kRecordHeadBytes,
+               end - kRecordHeadBytes) != 0) {
+        return false;
+    }
+    for (uint32_t i = end; i < GPOM_PARAMS_RECORD_BYTES - kRecordCrcBytes; ++i) {
+        if (record[i] != 0) { // a field that the format before does not know is not neutral
+            return false;
+        }
+    }
+    return true;
+}
+
+uint64_t first_counter(const uint8_t *block)
+{
+    Decoder from = {block + kParamsAt + params_bytes(block)};
+    return take<uint64_t>(from);
+}
+
 void take_counters(const uint8_t *block, uint32_t n_counters, gpom_stats_t &stats)
 {
     static_assert(sizeof stats == 8 * kCounters, "not only counters");
     stats = gpom_stats_t{};
-    Decoder from = {block + kCountersAt};
+    Decoder from = {block + kParamsAt + params_bytes(block)};
     auto *const counters = reinterpret_cast<unsigned char *>(&stats);
     for (uint32_t i = 0; i < kCounters && i < n_counters; ++i) {
         const auto counter = take<uint64_t>(from);

@@ -6,6 +6,8 @@
 ///     20         kind 0: n_beams beams of 36 bytes; kind 1: Commit, hyperparameters, counters
 ///     508        CRC-32 of all before
 ///
+/// The format before differs in the size of the hyperparameters alone, and is read.
+///
 /// Block k holds the beams of slots [13 k, 13 k + 13) of the store; the commit comes last. What is
 /// not used is 0.
 #pragma once
@@ -13,6 +15,7 @@
 #include "gpom/snapshot.h"
 #include "src/beam.hpp"
 #include "src/little_endian.hpp"
+#include "src/params_record.hpp"
 
 namespace gpom
 {
@@ -70,6 +73,12 @@ void put_commit(uint8_t *block, const Commit &commit, const gpom_stats_t &stats)
 
 /// False if no map could be in such a state.
 bool take_commit(const uint8_t *block, Commit &commit);
+
+/// Are the hyperparameters of a commit block those of a record of this version?
+bool has_params(const uint8_t *block, const uint8_t *record);
+
+/// The first counter of a commit block, scans_inserted.
+uint64_t first_counter(const uint8_t *block);
 
 /// The counters of a commit block; those that it does not have are 0.
 void take_counters(const uint8_t *block, uint32_t n_counters, gpom_stats_t &stats);

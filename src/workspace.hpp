@@ -70,10 +70,12 @@ inline bool is_sparse(const gpom_map &map)
            static_cast<uint32_t>(params.n_hits) + params.n_free > map.dense_max;
 }
 
-/// Neighbours of one kind to search for, of which n are chosen: more if scans are capped.
-constexpr size_t pool_size(size_t n, uint32_t scan_points_max)
+/// Neighbours of one kind to search for, of which n are chosen: more if scans are capped, and one
+/// more where neighbours fade.
+constexpr size_t pool_size(size_t n, const gpom_params_t &params)
 {
-    return scan_points_max > 0 ? n + n / 2 : n;
+    const size_t n_capped = params.scan_points_max > 0 ? n + n / 2 : n;
+    return params.n_fading > 0 && n_capped == n ? n + 1 : n_capped;
 }
 
 /// How many neighbours a map's queries want, how many they search for, and how they solve.
@@ -86,7 +88,7 @@ inline ScratchNeed scratch_need(const gpom_map &map)
 {
     const gpom_params_t &params = map.config.params;
     const size_t n = static_cast<size_t>(params.n_hits) + params.n_free;
-    return {n, pool_size(n, params.scan_points_max), is_sparse(map)};
+    return {n, pool_size(params.n_hits, params) + pool_size(params.n_free, params), is_sparse(map)};
 }
 
 /// Byte offsets behind the group of points that the scratch begins with; lanes first, as they are
@@ -103,7 +105,7 @@ constexpr ScratchLayout scratch_layout(const ScratchNeed &need)
     const size_t n_sparse = need.is_sparse ? need.n : 0;
     ScratchLayout layout = {};
     layout.points = need.n_pool * sizeof(Found<F>);
-    layout.features = layout.points + 3 * n_padded * sizeof(F);
+    layout.features = layout.points + 4 * n_padded * sizeof(F);
     layout.vectors = layout.features + n_dense * sizeof(Feature<F>); // u and v
     layout.factor = layout.vectors + 2 * n_dense * sizeof(F);
     layout.packets = align8(layout.factor + panel_at(tile_count(n_dense)) * sizeof(F));
@@ -152,11 +154,11 @@ inline Workspace carve_workspace(const gpom_map &map, void *scratch)
 {
     const gpom_params_t &params = map.config.params;
     const ScratchNeed need = scratch_need(map);
-    const size_t n_pool_hits = pool_size(params.n_hits, params.scan_points_max);
+    const size_t n_pool_hits = pool_size(params.n_hits, params);
     const ScratchLayout layout = scratch_layout(need);
     void *const mem = align_pointer(carve_group(scratch) + 1, kScratchAlignment);
     const size_t n_padded = kTile * tile_count(need.n);
-    F *const xyn = carve<F>(mem, layout.points);
+    F *const xynw = carve<F>(mem, layout.points);
     F *const uv = carve<F>(mem, layout.vectors);
     Workspace work = {};
     work.packet = carve<Packet>(mem, layout.packets);
@@ -169,7 +171,8 @@ inline Workspace carve_workspace(const gpom_map &map, void *scratch)
     Found<F> *const found = carve<Found<F>>(mem, 0);
     work.hits = {found, static_cast<uint32_t>(n_pool_hits), 0};
     work.free = {found + n_pool_hits, static_cast<uint32_t>(need.n_pool - n_pool_hits), 0};
-    work.points = {xyn, xyn + n_padded, xyn + 2 * n_padded, params.n_hits, params.n_free};
+    work.points = {xynw,          xynw + n_padded, xynw + 2 * n_padded, xynw + 3 * n_padded,
+                   params.n_hits, params.n_free};
     work.gp.features = carve<Feature<F>>(mem, layout.features);
     work.gp.u = uv;
     work.gp.v = uv + n_padded;

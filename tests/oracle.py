@@ -6,7 +6,8 @@ the shape (..., 2); a leading axis counts the queries that are answered together
 
 Beyond the paper, each switched off by its neutral value: an occupied depth behind the hits, a cap
 on the points of one scan, anisotropy along the hits' main axis, in the argument of eq. 7 a vote of
-the beams' directions and the logarithms of four distances, and a fading to the prior.
+the beams' directions and the logarithms of four distances, neighbours that fade with their
+distance, and a fading to the prior.
 """
 import csv
 import gzip
@@ -21,6 +22,8 @@ FRAMES = ("query", "map")
 CLASSES = ("free", "unsure", "occupied")
 FAR_M = 30.0        # distances of eq. 7's additions count no farther; the vote fades to 0 there
 LOG_OFFSET_M = 0.02  # keeps the logarithm of a distance finite
+FACING_SOFT_M = 0.02  # where neighbours fade, the cosine of the vote turns over such a way
+WEIGHT_MIN = 1e-6   # of a neighbour that has faded
 
 
 @dataclass
@@ -45,11 +48,14 @@ class Params:
     scan_points_max: int = 0   # of each kind at most so many points of one scan; 0: no cap
     anisotropy: float = 0.0    # 0: none .. 1: the hits' scatter becomes round
     vote: float = 0.0          # weight of the vote of the hits' beam directions in eq. 7
+    line: float = 0.0          # weight in eq. 7 of the side of the hits' line that the query is on
     log_hit_first: float = 0.0  # weights in eq. 7 of the logarithms of the distances to the first
     log_hit_last: float = 0.0   # and the last chosen hit
     log_free_first: float = 0.0
     log_free_last: float = 0.0
     fade_m: float = 0.0        # so far from the nearest chosen point the answer is the prior
+    beta_far: float = 0.0      # added to beta as far as the neighbours faded by fade_m
+    fading: int = 0            # of each kind the last so many neighbours fade; 0: none
     sn2_once: float = 0.0      # of live maps alone: here every beam is kept
 
     def __post_init__(self):
@@ -170,6 +176,7 @@ class Neighbours:
     point: np.ndarray  # (q, k, 2) [m], relative to the query
     index: np.ndarray  # (q, k) beam
     present: np.ndarray  # (q, k) False in the last columns of a query that has fewer than k points
+    weight: np.ndarray  # (q, k) 1, or what is left of a neighbour that fades
     margin_m: np.ndarray  # (q,) by how much the choice was clear; inf: only exact ties, or no rival
 
     def distance_m(self):
@@ -183,23 +190,59 @@ class Cap:
     most: int
 
 
-def nearest(offset, index, k, cap=None):
+def nearest(offset, index, k, cap=None, fading=0):
     """The k nearest of the candidates `offset` (q, n, 2) of the beams `index` (n,)."""
     d2 = np.sum(offset**2, axis=-1)
     order = np.argsort(d2, axis=1, kind="stable")  # stable: equal distances stay in order of id
     if cap is None:
         taken = order[:, :k]
         present = np.ones(taken.shape, bool)
+        weight = pool_weights(d2, order[:, :k + 1], k, fading)[:, :k]
         margin_m = pool_end_gap(d2, order, k)
     else:
-        chosen = walk(cap.scan[index[order[:, :k + k // 2]]], k, cap.most)
+        pool = order[:, :max(k + k // 2, k + (fading > 0))]
+        chosen = walk(cap.scan[index[pool]], k, cap.most)
         # Chosen items come first, still in order.
         first = np.argsort(~chosen, axis=1, kind="stable")[:, :k]
         taken = np.take_along_axis(order, first, axis=1)
         present = np.take_along_axis(chosen, first, axis=1)
+        weight = pool_weights(d2, pool, k, fading, cap.scan[index[pool]], cap.most)
+        weight = np.take_along_axis(weight, first, axis=1)
         margin_m = capped_margin(d2, order, chosen, k, Cap(cap.scan[index], cap.most))
     return Neighbours(np.take_along_axis(offset, taken[:, :, None], axis=1), index[taken], present,
-                      margin_m)
+                      weight, margin_m)
+
+
+def fading_weight(d_m, from_m, end_m):
+    """1 up to from_m, 1 - t^2 beyond, t rising from 0 to 1 at end_m; 1 if all is equally far."""
+    beyond = (d_m > from_m) & (end_m > from_m)
+    t = np.divide(d_m - from_m, end_m - from_m, out=np.zeros(beyond.shape), where=beyond)
+    return np.maximum(1.0 - t**2, WEIGHT_MIN)
+
+
+def pool_weights(d2, pool, k, fading, scan=None, most=0):
+    """Weights (q, m) of a pool in order, of which at most k are chosen, at most `most` of a scan.
+
+    They fade from the last that does not to the first that would be chosen besides, or to the
+    pool's end; of a scan at its cap the last one fades to the first beyond the cap, too.
+    """
+    if fading == 0 or pool.shape[1] < k + 1:
+        return np.ones(pool.shape)
+    d_m = np.sqrt(np.take_along_axis(d2, pool, axis=1))
+    from_m, end_m = d_m[:, k - fading - 1:k - fading], d_m[:, -1:]
+    weight = np.ones(d_m.shape)
+    if scan is not None:
+        same = scan[:, :, None] == scan[:, None, :]
+        rank = np.sum(np.tril(same, -1), axis=2)  # how many of the scan are nearer
+
+        def of_rank(r):  # (q, m): distance of the point with this rank in each one's scan
+            return np.min(np.where(same & (rank[:, None, :] == r), d_m[:, None, :], end_m[:, None]),
+                          axis=2)
+        before_m = of_rank(most - 2) if most > 1 else np.zeros(d_m.shape)
+        weight = np.where(rank == most - 1, fading_weight(d_m, before_m, of_rank(most)), 1.0)
+        next_m = np.sort(np.where(rank < most, d_m, end_m), axis=1)[:, k:k + 1]
+        end_m = np.minimum(end_m, next_m)
+    return weight * fading_weight(d_m, from_m, end_m)
 
 
 def walk(scan, k, most):
@@ -259,21 +302,22 @@ def scan_cap(params, beams):
     return Cap(beams.scan, params.scan_points_max) if params.scan_points_max > 0 else None
 
 
-def nearest_hits(beams, query, k, depth_m=0.0, cap=None):
+def nearest_hits(beams, query, k, depth_m=0.0, cap=None, fading=0):
     """Each hit's closest point to the query on its occupied part, a segment of length depth_m."""
     index = np.flatnonzero(~np.isnan(beams.hit[:, 0]))
     offset = beams.hit[index][None] - query[:, None]
     along = np.clip(np.sum(-offset * beams.direction[index][None], axis=-1), 0.0, depth_m)
-    return nearest(offset + along[:, :, None] * beams.direction[index][None], index, k, cap)
+    return nearest(offset + along[:, :, None] * beams.direction[index][None], index, k, cap,
+                   fading)
 
 
-def nearest_free(beams, query, k, cap=None):
+def nearest_free(beams, query, k, cap=None, fading=0):
     """Eq. 10: each beam's closest point to the query on its free segment."""
     from_origin = query[:, None] - beams.origin[None]
     along = np.sum(from_origin * beams.direction[None], axis=-1)
     along = np.clip(along, 0.0, beams.free_m[None])
     offset = along[:, :, None] * beams.direction[None] - from_origin
-    return nearest(offset, np.arange(len(beams.free_m)), k, cap)
+    return nearest(offset, np.arange(len(beams.free_m)), k, cap, fading)
 
 
 def shrink(x, axis, factor):
@@ -282,19 +326,21 @@ def shrink(x, axis, factor):
     return x - ((1.0 - factor)[:, None] * along)[:, :, None] * axis[:, None]
 
 
-def hits_axis(params, hits):
-    """Main axis (q, 2) of the chosen hits' scatter, near ones counting most; its factor (q,)."""
+def hits_axis(hits):
+    """Mean (q, 2) and main axis (q, 2) of the chosen hits' scatter, near ones counting most, and
+    the scatter's width as a share of its length (q,), 1 without an axis."""
     x = hits.point
-    weight = np.where(hits.present, 1.0 / (0.01 + np.sum(x**2, axis=-1)), 0.0)
+    weight = np.where(hits.present, hits.weight / (0.01 + np.sum(x**2, axis=-1)), 0.0)
     total = weight.sum(axis=1)
     weight = weight / np.where(total > 0.0, total, 1.0)[:, None]
-    centred = x - np.sum(weight[:, :, None] * x, axis=1, keepdims=True)
+    mean = np.sum(weight[:, :, None] * x, axis=1)
+    centred = x - mean[:, None]
     scatter = np.einsum("qk,qki,qkj->qij", weight, centred, centred)
     lam, vector = np.linalg.eigh(scatter)  # eigenvalues ascend
     lam2, lam1 = np.maximum(lam[:, 0], 0.0), lam[:, 1]
     shaped = (lam1 > 1e-12) & (hits.present.sum(axis=1) >= 2)
     ratio = np.sqrt(np.divide(lam2, lam1, out=np.ones_like(lam1), where=shaped))
-    return vector[:, :, 1], 1.0 - params.anisotropy * (1.0 - ratio)
+    return mean, vector[:, :, 1], ratio
 
 
 # ---- Gaussian process ---------------------------------------------------------------------------
@@ -333,18 +379,37 @@ def probability(params, mean, variance, evidence=0.0):
                       / np.sqrt(1.0 + params.alpha**2 * variance))
 
 
-def direction_vote(beams, hits):
+def direction_vote(beams, hits, softness_m=0.0):
     """-1 .. 1: do the beams of the chosen hits point at the query (it lies behind) or away from it?
 
-    The mean cosine, fading to 0 where the first hit is 30 m away.
+    The mean cosine, fading to 0 where the first hit is 30 m away. At a hit it turns over
+    softness_m.
     """
-    d_m = hits.distance_m()
+    d_m = np.hypot(hits.distance_m(), softness_m)
     toward = -np.sum(beams.direction[hits.index] * hits.point, axis=-1)
     counts = hits.present & (d_m >= 1e-6)
     cosine = np.divide(toward, d_m, out=np.zeros_like(d_m), where=counts)
-    n_hits = np.maximum(hits.present.sum(axis=1), 1)
+    weight = hits.weight * hits.present
+    total = np.maximum(weight.sum(axis=1), 1.0)
     fade = np.maximum(0.0, 1.0 - chosen_distance(hits, 0) / FAR_M)
-    return cosine.sum(axis=1) / n_hits * fade
+    return np.sum(weight * cosine, axis=1) / total * fade
+
+
+def line_vote(beams, hits):
+    """-1 .. 1: is the query behind the line through the chosen hits (1), or before it?
+
+    The line's normal looks along the hits' beams; their mean direction, the narrowness of the hits
+    and the distance from the line, against 5 cm, say how much it counts. Fades as the vote does.
+    """
+    mean, axis, ratio = hits_axis(hits)
+    normal = np.stack([-axis[:, 1], axis[:, 0]], axis=1)
+    weight = hits.weight * hits.present
+    total = np.maximum(weight.sum(axis=1), 1.0)
+    directions = np.sum(weight[:, :, None] * beams.direction[hits.index], axis=1)
+    facing = np.sum(normal * directions / total[:, None], axis=1)
+    behind_m = -np.sum(normal * mean, axis=1)
+    fade = np.maximum(0.0, 1.0 - chosen_distance(hits, 0) / FAR_M)
+    return fade * (1.0 - ratio) * facing * behind_m / np.hypot(behind_m, 0.05)
 
 
 def chosen_distance(neighbours, i):
@@ -361,7 +426,9 @@ def log_distance(d_m):
 
 def evidence_of(params, beams, hits, free):
     """The additions to the numerator of eq. 7, from distances before any shrinking."""
-    return (params.vote * direction_vote(beams, hits)
+    softness_m = FACING_SOFT_M if params.fading > 0 else 0.0
+    return (params.vote * direction_vote(beams, hits, softness_m)
+            + params.line * line_vote(beams, hits)
             + params.log_hit_first * log_distance(chosen_distance(hits, 0))
             + params.log_hit_last * log_distance(chosen_distance(hits, params.hits - 1))
             + params.log_free_first * log_distance(chosen_distance(free, 0))
@@ -372,7 +439,7 @@ def prior_evidence(params):
     """evidence_of() far from all beams."""
     weights = (params.log_hit_first + params.log_hit_last
                + params.log_free_first + params.log_free_last)
-    return weights * log_distance(FAR_M)
+    return params.beta_far + weights * log_distance(FAR_M)
 
 
 def prior_probability(params):
@@ -419,16 +486,20 @@ def point_noises(params, beams, chosen, sn2):
     noise = np.array([sn2 if d == 0.0 else excess_noise(params, d, sn2)
                       for d in beams.position_std_m])
     noise = noise[chosen.index] if len(noise) else np.zeros(chosen.index.shape)
+    if params.fading > 0:  # the share of the variance that is left of what a point says is w
+        kss = kernel(params, np.zeros(2), np.zeros(2))
+        noise = (noise + kss) / chosen.weight - kss
     return np.where(chosen.present, noise, math.inf)
 
 
 def query_block(params, beams, query, origin):
     cap = scan_cap(params, beams)
-    hits = nearest_hits(beams, query, params.hits, params.depth_m, cap)
-    free = nearest_free(beams, query, params.free, cap)
+    hits = nearest_hits(beams, query, params.hits, params.depth_m, cap, params.fading)
+    free = nearest_free(beams, query, params.free, cap, params.fading)
     x = np.concatenate([hits.point, free.point], axis=1)
     if params.anisotropy > 0.0:
-        x = shrink(x, *hits_axis(params, hits))
+        _, axis, ratio = hits_axis(hits)
+        x = shrink(x, axis, 1.0 - params.anisotropy * (1.0 - ratio))
     labels = np.concatenate([np.ones(hits.index.shape), -np.ones(free.index.shape)], axis=1)
     noises = np.concatenate([point_noises(params, beams, hits, params.sn2),
                              point_noises(params, beams, free, params.sn2_free)], axis=1)

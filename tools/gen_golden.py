@@ -41,9 +41,9 @@ CHOICE = {  # neighbourhoods: few, default, and more than there are (all are tak
     "askey": {"hits": 30, "free": 34, "sn2": 0.03125},
 }
 NEUTRAL = {  # what a parameter file leaves out
-    "depth_m": 0.0, "scan_points_max": 0, "anisotropy": 0.0, "vote": 0.0, "log_hit_first": 0.0,
-    "log_hit_last": 0.0, "log_free_first": 0.0, "log_free_last": 0.0, "fade_m": 0.0,
-    "sn2_once": 0.0,
+    "depth_m": 0.0, "scan_points_max": 0, "anisotropy": 0.0, "vote": 0.0, "line": 0.0,
+    "log_hit_first": 0.0, "log_hit_last": 0.0, "log_free_first": 0.0, "log_free_last": 0.0,
+    "fade_m": 0.0, "sn2_once": 0.0, "fading": 0, "beta_far": 0.0,
 }
 ADDITIONS = {  # each alone; cap leaves fewer than 8 points of either kind, cap_loose 8 hits
     "depth": {"depth_m": 1.5},
@@ -51,15 +51,21 @@ ADDITIONS = {  # each alone; cap leaves fewer than 8 points of either kind, cap_
     "cap_loose": {"scan_points_max": 4},
     "anisotropy": {"anisotropy": 0.75},
     "vote": {"vote": 1.25},
+    "line": {"line": 1.5},
     "log_hit_first": {"log_hit_first": -0.375},
     "log_hit_last": {"log_hit_last": 0.375},
     "log_free_first": {"log_free_first": 0.4375},
     "log_free_last": {"log_free_last": -0.25},
     "fade": {"fade_m": 5.0},
+    "beta_far": {"fade_m": 5.0, "beta_far": 0.5},
+    "fading": {"fading": 4},
+    "fading_cap": {"fading": 3, "scan_points_max": 2},
 }
-ALL_ADDITIONS = {"depth_m": 1.0, "scan_points_max": 3, "anisotropy": 0.5, "vote": 0.75,
-                 "log_hit_first": -0.5, "log_hit_last": 0.25, "log_free_first": 0.4375,
-                 "log_free_last": -0.125, "fade_m": 12.0}
+ALL_ADDITIONS = {
+    "depth_m": 1.0, "scan_points_max": 3, "anisotropy": 0.5, "vote": 0.75, "line": -0.5,
+    "log_hit_first": -0.5, "log_hit_last": 0.25, "log_free_first": 0.4375,
+    "log_free_last": -0.125, "fade_m": 12.0, "beta_far": 0.25, "fading": 3,
+}
 
 
 def grid(value):

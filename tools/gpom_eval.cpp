@@ -7,6 +7,7 @@
 #include "tools/lib/neighbour_check.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/raster_csv.hpp"
+#include "tools/lib/scan_options.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -21,7 +22,7 @@ using namespace gpom_tools;
 constexpr std::uint32_t kPictureColumns = 400;
 constexpr std::uint32_t kPictureRows = 300;
 constexpr double kCoarseCellsMin = 30.0;
-constexpr double kWindowWidth = 40.0; // m, as are these
+constexpr double kWindowWidth = 40.0; // at most; m, as are these
 constexpr double kWindowHeight = 30.0;
 constexpr double kWindowCell = 0.1;
 
@@ -44,6 +45,8 @@ struct View {
 /// Everything measured, and what was left out and why.
 struct Outcome {
     std::vector<MethodResult> methods;
+    nlohmann::ordered_json grids; ///< What was chosen for the log-odds grids.
+    double prior_variance = 0.0;  ///< Of the first method's map.
     std::vector<NeighbourRow> neighbours;
     std::vector<std::string> notes;
 };
@@ -71,10 +74,10 @@ MethodResult gp_result(const std::string &key, const std::string &label, const T
     MethodResult method;
     method.key = key;
     method.label = label;
-    for (const gpom_answer_t &answer : map.query(places_of(trial.points))) {
+    for (const gpom_answer_t &answer : map.query(places_of(trial.test))) {
         method.probabilities.push_back(double{answer.probability});
     }
-    return judged(std::move(method), trial.points, trial.near_beam);
+    return judged(std::move(method), trial.test);
 }
 
 /// The paper's parameters: as asked for, else NAME_paper.toml beside NAME.toml, else none.
@@ -115,7 +118,8 @@ void print_summary(const EvalOptions &options, const Trial &trial, const Outcome
         std::printf("; %zu near beams, %.1f %% occupied", near.n_points,
                     100.0 * near.share_occupied);
     }
-    std::printf("\n\n%s", report_table(outcome.methods).c_str());
+    std::printf("\n\n%s%s", report_table(outcome.methods).c_str(),
+                profile_table(outcome.methods, trial.truth.has_value()).c_str());
     for (const std::string &note : outcome.notes) {
         std::printf("left out: %s\n", note.c_str());
     }
@@ -134,13 +138,14 @@ nlohmann::ordered_json eval_json(const EvalOptions &options, const Trial &trial,
     json["seed"] = options.seed;
     json["scans"] = trial.scans.size();
     json["beams"] = trial.beams.size();
-    json.update(grid_constants(options, trial));
+    json["prior_variance"] = outcome.prior_variance;
+    json.update(outcome.grids);
     if (trial.truth) {
         json["truth_file"] = options.truth_path;
     } else {
         json["split"] = options.split;
         json["fraction"] = options.fraction;
-        json["range_max_m"] = options.range_max_m;
+        json["range_max_m"] = options.reading.range_max_m;
         json["beam_width_deg"] = options.beam_width_deg;
         json["after_m"] = options.after_m;
     }
@@ -184,7 +189,7 @@ Pictures pictures_of(const Trial &trial, const HostMap &map, const LogOddsGrids 
 {
     const gpom_raster_t raster = picture_raster(trial, trial.truth ? 0.25 : 0.05);
     const std::vector<gpom_point_t> points = cell_centres(raster);
-    return {points, map.query(raster), ask(grids.thin, points), ask(grids.wide, points)};
+    return {points, map.query(raster), ask(grids.thin.grid, points), ask(grids.wide.grid, points)};
 }
 
 /// Of 5, 2, 1 and 0.5 m the coarsest cell that leaves some 30 columns or rows.
@@ -199,30 +204,36 @@ double coarse_cell(const Trial &trial)
     return 0.5;
 }
 
-View coarse_view(EvalOptions options, const Trial &trial, const HostMap &map)
+View coarse_view(const Trial &trial, const HostMap &map, const LogOddsGrids &grids)
 {
-    options.grid_cell_m = coarse_cell(trial);
-    const gpom_raster_t raster = raster_over(trial.low, trial.high, *options.grid_cell_m, 0.0);
+    const double cell_m = coarse_cell(trial);
+    const gpom_raster_t raster = raster_over(trial.low, trial.high, cell_m, 0.0);
     const std::vector<gpom_point_t> points = cell_centres(raster);
-    return {"coarse", points, map.query(raster), ask(log_odds_grids(options, trial).wide, points)};
+    return {"coarse", points, map.query(raster),
+            ask(wide_grid_like(grids.wide, trial, cell_m), points)};
 }
 
-/// About the place where the robot is halfway.
+/// About the place where the robot is halfway, but inside the area.
 View window_view(const Trial &trial, const HostMap &map, const LogOddsGrids &grids)
 {
+    const auto start = [](double middle_m, double length_m, double low_m, double high_m) {
+        return std::max(std::min(middle_m - 0.5 * length_m, high_m - length_m), low_m);
+    };
     const Scan &half_way = trial.scans[trial.scans.size() / 2];
-    const gpom_point_t low = {half_way.x_m - 0.5 * kWindowWidth,
-                              half_way.y_m - 0.5 * kWindowHeight};
-    const gpom_point_t high = {low.x_m + kWindowWidth, low.y_m + kWindowHeight};
+    const double width_m = std::min(kWindowWidth, trial.high.x_m - trial.low.x_m);
+    const double height_m = std::min(kWindowHeight, trial.high.y_m - trial.low.y_m);
+    const gpom_point_t low = {start(half_way.x_m, width_m, trial.low.x_m, trial.high.x_m),
+                              start(half_way.y_m, height_m, trial.low.y_m, trial.high.y_m)};
+    const gpom_point_t high = {low.x_m + width_m, low.y_m + height_m};
     const gpom_raster_t raster = raster_over(low, high, kWindowCell, 0.0);
     const std::vector<gpom_point_t> points = cell_centres(raster);
-    return {"window", points, map.query(raster), ask(grids.wide, points)};
+    return {"window", points, map.query(raster), ask(grids.wide.grid, points)};
 }
 
 void add_views(const EvalOptions &options, const Trial &trial, const HostMap &map,
                const LogOddsGrids &grids, std::vector<FileContent> &files)
 {
-    for (const View &view : {coarse_view(options, trial, map), window_view(trial, map, grids)}) {
+    for (const View &view : {coarse_view(trial, map, grids), window_view(trial, map, grids)}) {
         const std::string path = options.out_path + "/" + view.name;
         files.push_back({path + ".csv", answers_csv(view.points, view.map)});
         files.push_back({path + "_grid.csv", probabilities_csv(view.points, view.grid)});
@@ -240,7 +251,8 @@ std::vector<FileContent> folder_files(const EvalOptions &options, const Trial &t
         {folder + "wide_grid.csv", probabilities_csv(pictures.points, pictures.wide_grid)},
         {folder + "hits.csv", hits_csv(trial)},
         {folder + "poses.csv", poses_csv(trial.scans)},
-        {folder + "points.csv", points_csv(trial.points, trial.near_beam, outcome.methods)}};
+        {folder + "points.csv", points_csv(trial.test, outcome.methods)},
+        {folder + "profile.csv", profile_csv(trial.test, outcome.methods)}};
     if (trial.truth) {
         files.push_back({folder + "truth.pgm", truth_pgm(*trial.truth, "copied by gpom-eval")});
     }
@@ -276,6 +288,7 @@ void evaluate(const EvalOptions &options, const Trial &trial)
     const gpom_params_t params = read_params(options.params_path);
     require_neighbours(options, params);
     const HostMap map = map_of(trial, params);
+    outcome.prior_variance = double{gpom_params_prior_variance(&params)};
     outcome.methods.push_back(gp_result("gp_query", "GP, query frame", trial, map));
     if (!map_frame.empty()) {
         const HostMap paper = map_of(trial, read_map_frame_params(map_frame));
@@ -290,10 +303,10 @@ void evaluate(const EvalOptions &options, const Trial &trial)
         const HostMap also = map_of(trial, read_params(path));
         outcome.methods.push_back(gp_result("gp_" + name, "GP, " + name, trial, also));
     }
-    const LogOddsGrids grids = log_odds_grids(options, trial);
-    for (MethodResult &grid : judged_grids(grids, trial)) {
-        outcome.methods.push_back(std::move(grid));
-    }
+    const LogOddsGrids grids = chosen_grids(options, trial);
+    outcome.grids = grid_constants(grids);
+    outcome.methods.push_back(grids.thin.result);
+    outcome.methods.push_back(grids.wide.result);
     add_rivals(options, trial, outcome);
     if (!options.neighbours.empty()) {
         outcome.neighbours = check_neighbours(options, trial, params);
@@ -312,31 +325,15 @@ void evaluate(const EvalOptions &options, const Trial &trial)
     print_summary(options, trial, outcome);
 }
 
-/// CLI::Range lets NaN pass.
-CLI::Validator between(double low, double high)
-{
-    return CLI::Validator(
-        [low, high](std::string &text) {
-            double value = 0.0;
-            const bool is_number = CLI::detail::lexical_cast(text, value);
-            if (is_number && value >= low && value <= high) {
-                return std::string();
-            }
-            std::string problem;
-            append_text(problem, "%s is not a number from %g to %g", text.c_str(), low, high);
-            return problem;
-        },
-        "");
-}
-
 void declare_common(CLI::App &mode, EvalOptions &options)
 {
-    mode.add_option("--scans", options.scans_path, "Scans: CSV or CARMEN log, plain or gzipped")
+    mode.add_option("--scans", options.scans_path, "Scans: CSV or CARMEN log, plain, gzip or bzip2")
         ->required()
         ->type_name("FILE");
     mode.add_option("--params", options.params_path, "Parameters of the map, TOML")
         ->required()
         ->type_name("FILE");
+    add_scan_options(mode, options.reading);
     mode.add_option("--map-frame-params", options.map_frame_path,
                     "Parameters as in the paper: kernel nn, map frame\n"
                     "[NAME_paper.toml beside NAME.toml, if it is there]")
@@ -349,7 +346,7 @@ void declare_common(CLI::App &mode, EvalOptions &options)
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     mode.add_option("--grid-cell", options.grid_cell_m,
-                    "Cell of both log-odds grids [m]; default: what serves each best")
+                    "Cell of both log-odds grids [m]; default: that with the least NLL")
         ->check(between(0.01, 100.0));
     mode.add_option("--out", options.out_path,
                     "Folder for eval.json and the CSV files of gpom-plot")
@@ -391,7 +388,7 @@ void declare_log(CLI::App &app, EvalOptions &options)
     CLI::App *mode =
         app.add_subcommand("log", "Judge by the beams of a log that the map did not get");
     declare_common(*mode, options);
-    mode->add_option("--range-max", options.range_max_m,
+    mode->add_option("--range-max", options.reading.range_max_m,
                      "Usable range [m]; longer readings are no returns")
         ->check(between(0.1, 1000.0))
         ->capture_default_str();

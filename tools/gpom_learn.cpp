@@ -2,9 +2,11 @@
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/learn_lml.hpp"
 #include "tools/lib/learn_report.hpp"
+#include "tools/lib/live_options.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/params_writer.hpp"
 #include "tools/lib/progress.hpp"
+#include "tools/lib/scan_options.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -18,6 +20,7 @@ namespace
 {
 
 constexpr std::size_t kLogPlaces = 3000;
+constexpr std::size_t kLivePlaces = 6000;
 constexpr std::size_t kStreetPlaces = 1500;
 constexpr std::size_t kHeldOutPlaces = 4000;
 
@@ -29,21 +32,29 @@ struct Options {
     std::string fixed;
     std::optional<std::string> model; ///< Absent: full, with lml paper.
     std::uint64_t seed = 0;
-    std::optional<double> fraction; ///< Absent: 0.04 of a log, all of a street.
+    std::optional<double> fraction; ///< Absent: a live map of a log, all of a street.
+    double free_weight = 1.0;
+    std::optional<std::uint64_t> training_of;
+    LiveConfig live;
+    std::vector<CLI::Option *> live_options;
     std::optional<std::size_t> n_points;
-    double range_max_m = 49.0;
+    ReadOptions reading;
     double first_m = 0.0;
     double ell_max_m = 12.0;
     int n_hits = 8;
     int n_free = 8;
     bool composite = false;
-    bool live = false;
 };
+
+bool is_street(const Options &options) { return !options.truth_paths.empty(); }
+
+/// Learnt for a live map of a log: unless a share of the beams is asked for.
+bool is_live(const Options &options) { return !is_street(options) && !options.fraction; }
 
 void declare_data(CLI::App &app, Options &options)
 {
     app.add_option("--scans", options.scans_paths,
-                   "Scans to learn from, CSV or CARMEN log, plain or gzipped; may be repeated")
+                   "Scans to learn from, CSV or CARMEN log, plain, gzip or bzip2; may be repeated")
         ->required()
         ->type_name("FILE")
         ->expected(1)
@@ -55,19 +66,22 @@ void declare_data(CLI::App &app, Options &options)
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     app.add_option("--fraction", options.fraction,
-                   "Share of the beams that make the map [0.04; with --truth 1]")
+                   "Learn for a map that keeps all of this share of the beams\n"
+                   "[without it: for a live map of all of them; with --truth 1]")
         ->check(CLI::Range(0.0, 1.0));
     app.add_option("--points", options.n_points,
-                   "Places to learn from in each file [3000; with --truth 1500];\n"
+                   "Places to learn from in each file [6000; with --fraction 3000; with\n"
+                   "--truth 1500];\n"
                    "with --method lml points of the subset [600], at most 1000")
         ->check(CLI::Range(std::size_t{50}, std::size_t{1'000'000}));
     app.add_option("--first-metres", options.first_m,
                    "Learn from the first stretch of the way alone [m]; 0: all of it")
         ->check(CLI::NonNegativeNumber);
-    app.add_option("--range-max", options.range_max_m,
+    app.add_option("--range-max", options.reading.range_max_m,
                    "Usable range [m]; longer readings are no returns")
         ->check(CLI::Range(0.1, 1000.0))
         ->capture_default_str();
+    add_scan_options(app, options.reading);
     app.add_option("--seed", options.seed, "Seed of every choice")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
@@ -92,12 +106,14 @@ void declare_options(CLI::App &app, Options &options)
                    "lml: the paper's marginal likelihood, then leave-one-out")
         ->check(CLI::IsMember({"lobo", "lml"}))
         ->capture_default_str();
-    app.add_option("--model", options.model,
-                   "What may leave its neutral value: paper (nothing), full, or a comma list\n"
-                   "of noise, anisotropy, vote, logs, depth, cap [full; lml knows paper alone]");
+    app.add_option(
+        "--model", options.model,
+        "What may leave its neutral value: paper (nothing), full, or a comma list\n"
+        "of noise, anisotropy, vote, line, logs, depth, cap [full; lml knows paper alone]");
     app.add_option("--fix", options.fixed,
                    "Keep at a value, not search for: a comma list of fade_m=, gap_m=, depth_m=,\n"
-                   "scan_points_max=; without it fade_m is 0 (the map never fades to its prior)")
+                   "scan_points_max=, fading=; without it fade_m is 0 (the map never fades to its\n"
+                   "prior) and fading 0 (neighbours come and go at once)")
         ->type_name("NAME=VALUE");
     app.add_option("--hits", options.n_hits, "Nearest hits per query")
         ->check(CLI::Range(1, 63))
@@ -109,9 +125,17 @@ void declare_options(CLI::App &app, Options &options)
                    "Longest length scale [m]: it decides how far the map reaches")
         ->check(CLI::Range(0.1, 1000.0))
         ->capture_default_str();
-    app.add_flag("--live", options.live,
-                 "Last, learn sn2_once, which only live maps feel: by live maps of all scans in\n"
-                 "order, or of the first stretch");
+    app.add_option("--free-weight", options.free_weight,
+                   "What a free place counts where an occupied one counts 1: the more, the\n"
+                   "thinner the walls, and the worse the calibration; 1.4 suits indoor maps")
+        ->check(CLI::Range(0.1, 10.0))
+        ->capture_default_str();
+    app.add_option("--training-of", options.training_of,
+                   "Learn from those returns alone that gpom-live judge with this --seed puts\n"
+                   "into its map")
+        ->check(CLI::NonNegativeNumber);
+    options.live_options = add_live_options(app, options.live);
+    options.live_options.push_back(add_capacity_option(app, options.live));
     app.add_flag("--composite", options.composite,
                  "With --method lml: over local neighbourhoods, not one subset");
 }
@@ -149,15 +173,21 @@ std::vector<LearnSource> sources_of(const Options &options)
 
 DataOptions data_options(const Options &options)
 {
-    const bool street = !options.truth_paths.empty();
-    const std::size_t n_default = street ? kStreetPlaces : kLogPlaces;
+    const std::size_t n_default = is_street(options) ? kStreetPlaces
+                                  : is_live(options) ? kLivePlaces
+                                                     : kLogPlaces;
     const bool lml = options.method == "lml";
-    return {options.range_max_m,
-            options.first_m,
-            options.fraction.value_or(street ? 1.0 : 0.04),
-            lml ? n_default : options.n_points.value_or(n_default),
-            kHeldOutPlaces,
-            options.seed};
+    DataOptions data;
+    data.reading = options.reading;
+    data.first_m = options.first_m;
+    data.fraction = options.fraction.value_or(1.0);
+    data.n_places = lml ? n_default : options.n_points.value_or(n_default);
+    data.n_held_out = kHeldOutPlaces;
+    data.seed = options.seed;
+    data.live = options.live;
+    data.gap_m = parse_fixed(options.fixed).gap_m.value_or(data.gap_m);
+    data.training_of = options.training_of;
+    return data;
 }
 
 FitOptions fit_options(const Options &options)
@@ -175,7 +205,8 @@ FitOptions fit_options(const Options &options)
     }
     return {parse_ingredients(model), parse_fixed(options.fixed),
             options.ell_max_m,        options.n_hits,
-            options.n_free,           0};
+            options.n_free,           0,
+            is_live(options),         options.free_weight};
 }
 
 LmlOptions lml_options(const Options &options)
@@ -197,22 +228,33 @@ struct Plan {
     std::vector<gpom_kernel_t> kernels;
     FitOptions fitting;
     LmlOptions lml;
-    bool by_lml;
+    bool by_lml, is_live;
 };
 
 Plan plan_of(const Options &options)
 {
-    if (options.live && !options.truth_paths.empty()) {
-        throw std::runtime_error("--live: not with --truth; a simulated street has no wrong "
-                                 "returns to tell from right ones");
+    const bool lml = options.method == "lml";
+    if (lml && is_live(options)) {
+        throw std::runtime_error("--method lml learns for a map that keeps all of its beams; give "
+                                 "--fraction, 0.04 for one beam in 25");
+    }
+    for (const CLI::Option *option : options.live_options) {
+        if (option->count() > 0 && !is_live(options)) {
+            throw std::runtime_error(option->get_name() + ": of live maps alone; not with " +
+                                     (is_street(options) ? "--truth" : "--fraction"));
+        }
     }
     return {sources_of(options),  data_options(options), kernels_of(options.kernel),
-            fit_options(options), lml_options(options),  options.method == "lml"};
+            fit_options(options), lml_options(options),  lml,
+            is_live(options)};
 }
 
 LearnData data_of(const Plan &plan)
 {
     const bool street = !plan.sources.front().truth_path.empty();
+    if (plan.is_live) {
+        return live_data(plan.sources, plan.data);
+    }
     return street ? street_data(plan.sources, plan.data) : log_data(plan.sources, plan.data);
 }
 
@@ -227,24 +269,27 @@ std::vector<JudgedFit> fits_of(const Plan &plan, const LearnData &data)
         };
         Fit fit = plan.by_lml ? fit_lml(kernel, data, plan.fitting, plan.lml, advance)
                               : fit_kernel(kernel, data, plan.fitting, advance);
+        fit.params = fit_far(fit.params, data, plan.fitting);
         Metrics held_out = measure(predictions_of(fit.params, data.worlds, data.held_out, 0));
         fits.push_back({std::move(fit), std::move(held_out)});
     }
     return fits;
 }
 
-/// Learn what live maps alone feel; nothing if that is not asked for.
-std::optional<OnceFit> once_of(const Options &options, const Plan &plan, LearntParams &params)
+/// The map that the parameters fit: others want their own.
+std::string map_learnt_for(const Options &options)
 {
-    if (!options.live) {
-        return {};
+    char text[160];
+    if (is_live(options)) {
+        std::snprintf(
+            text, sizeof text,
+            "For live maps of all beams, keep_m = %g, clear_scans = %u, at most %u beams.",
+            double{options.live.keep_m}, options.live.clear_scans, options.live.beam_max);
+    } else {
+        std::snprintf(text, sizeof text, "For maps that keep all of their beams, %g %% of these.",
+                      100.0 * options.fraction.value_or(1.0));
     }
-    Progress progress("live maps");
-    OnceFit fit = fit_once(params, plan.sources, plan.data, [&](double share) {
-        progress.update(static_cast<std::size_t>(1000.0 * share), 1000);
-    });
-    params.sn2_once = fit.factor > 1.0 ? fit.factor * params.sn2 : 0.0;
-    return fit;
+    return text;
 }
 
 std::string how_learnt(const Options &options, const LearnData &data)
@@ -254,9 +299,9 @@ std::string how_learnt(const Options &options, const LearnData &data)
                (options.composite ? "local neighbourhoods" : "a random subset") +
                ", then alpha and beta by leave-one-out.";
     }
-    return (options.truth_paths.empty() ? "Whole beams left out: " : "Against ground truth: ") +
+    return (is_street(options) ? "Against ground truth: " : "Whole beams left out: ") +
            std::to_string(data.learning.size()) + " places of " +
-           std::to_string(data.worlds.size()) + " files.";
+           std::to_string(data.worlds.size()) + " files.\n" + map_learnt_for(options);
 }
 
 /// The files that are asked for, all of one model.
@@ -283,16 +328,18 @@ void learn(const Options &options)
         std::min_element(fits.begin(), fits.end(), [](const JudgedFit &a, const JudgedFit &b) {
             return a.held_out.nll < b.held_out.nll;
         });
-    LearntParams params = best->fit.params;
-    const std::optional<OnceFit> once = once_of(options, plan, params);
-    const std::string comment =
-        params_comment(*best, options.command, how_learnt(options, data), data.how_held_out) +
-        (once ? once_comment(*once) : "");
+    const LearntParams &params = best->fit.params;
+    std::string comment =
+        params_comment(*best, options.command, how_learnt(options, data), data.how_held_out);
+    for (const std::string &warning : edge_warnings(params, plan.fitting)) {
+        std::fprintf(stderr, "gpom-learn: warning: %s\n", warning.c_str());
+        comment += "Warning: " + warning + ".\n";
+    }
     const std::vector<FileContent> files = files_of(options, params, comment);
     replace_files(files);
-    std::printf("%s\n%s\n%sHeld out: %s.\n\n%s", attempts_table(fits).c_str(),
+    std::printf("%s\n%s\nHeld out: %s.\n%s\n\n%s", attempts_table(fits).c_str(),
                 figures_table(fits, static_cast<std::size_t>(best - fits.begin())).c_str(),
-                once ? (once_table(*once) + "\n").c_str() : "", data.how_held_out.c_str(),
+                data.how_held_out.c_str(), map_learnt_for(options).c_str(),
                 files.front().bytes.c_str());
 }
 

@@ -2,11 +2,13 @@
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/file_error.hpp"
 #include "tools/lib/live_cars.hpp"
+#include "tools/lib/live_door.hpp"
 #include "tools/lib/live_drive.hpp"
 #include "tools/lib/live_judge.hpp"
 #include "tools/lib/live_options.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/protocol.hpp"
+#include "tools/lib/scan_options.hpp"
 
 #include <cstdio>
 #include <stdexcept>
@@ -22,6 +24,7 @@ struct Options {
     std::string json_path;
     JudgeOptions judge;
     CarsTrial cars = default_cars();
+    DoorTrial door;
     InsertBench bench{default_drive()};
 };
 
@@ -50,12 +53,15 @@ CLI::App *add_judge(CLI::App &app, Options &options)
     JudgeOptions &judge = options.judge;
     CLI::App *const command =
         add_command(app, "judge", "Accuracy against as many beams drawn at random", options);
-    command->add_option("--scans", judge.scans_path, "Scans: CSV or CARMEN log, plain or gzipped")
+    command
+        ->add_option("--scans", judge.scans_path, "Scans: CSV or CARMEN log, plain, gzip or bzip2")
         ->required()
         ->type_name("FILE");
     command->add_option("--truth", judge.truth_path, "Ground truth of a street, PGM image")
         ->type_name("FILE");
-    command->add_option("--range-max", judge.range_max_m, "Usable range of a log's sensor [m]");
+    command->add_option("--range-max", judge.reading.range_max_m,
+                        "Usable range of a log's sensor [m]");
+    add_scan_options(*command, judge.reading);
     command->add_option("--fraction", judge.fraction, "Share of a log's returns that make the map")
         ->check(CLI::Range(0.01, kTrainingShareMax));
     add_spurious_option(*command, judge.spurious);
@@ -88,6 +94,26 @@ CLI::App *add_cars(CLI::App &app, Options &options)
         ->check(CLI::Range(0.1, 10.0));
     add_live_options(*command, options.cars.live);
     add_capacity_option(*command, options.cars.live);
+    return command;
+}
+
+CLI::App *add_door(CLI::App &app, Options &options)
+{
+    DoorTrial &door = options.door;
+    CLI::App *const command =
+        add_command(app, "door", "Width of a corridor's doors, and which robots fit", options);
+    command->add_option("--seed", door.laser.seed, "Seed of the first run")->capture_default_str();
+    command->add_option("--runs", door.n_runs, "Runs, each with the next seed")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
+    command->add_option("--beams", door.laser.n_beams, "Beams in each scan, over 180 degrees")
+        ->check(CLI::Range(2, kScanBeamsMax))
+        ->capture_default_str();
+    command->add_option("--noise", door.laser.noise_m, "Standard deviation of the range error [m]")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    add_live_options(*command, door.live);
+    add_capacity_option(*command, door.live);
     return command;
 }
 
@@ -138,6 +164,12 @@ nlohmann::ordered_json cars_figures(Options &options)
     return cars_report(options.cars);
 }
 
+nlohmann::ordered_json door_figures(Options &options)
+{
+    options.door.params = read_params(options.params_path);
+    return door_report(options.door);
+}
+
 nlohmann::ordered_json drive_figures(Options &options, bool insertion)
 {
     check_length(options.bench.drive);
@@ -171,11 +203,13 @@ int main(int argc, char **argv)
     app.require_subcommand(1);
     const CLI::App *const judge = add_judge(app, options);
     const CLI::App *const cars = add_cars(app, options);
+    const CLI::App *const door = add_door(app, options);
     const CLI::App *const insert = add_insert(app, options);
     add_drive(app, options);
     return run_tool(app, argc, argv, [&] {
         report(options, judge->parsed()  ? judge_figures(options)
                         : cars->parsed() ? cars_figures(options)
+                        : door->parsed() ? door_figures(options)
                                          : drive_figures(options, insert->parsed()));
     });
 }

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Pictures of what gpom-eval wrote: the map beside its rivals, as in the paper's Figs. 2 to 6.
 
-Makes map.png (truth, hits, occupancy grid, variance, probability, classes) and roc.png (ROC curves
-and reliability); of a log also coarse.png (the whole area in coarse cells, grid beside map) and
-window.png (a part of it in cells of 0.1 m, with the variance).
+Makes map.png (truth, hits, occupancy grid, variance, probability, classes), roc.png (ROC curves and
+reliability) and profile.png (probability and classes by the distance from a surface); of a log also
+coarse.png (the whole area in coarse cells, grid beside map) and window.png (a part of it in cells
+of 0.1 m, with the variance).
 """
 import argparse
 import difflib
@@ -21,12 +22,16 @@ import numpy as np  # noqa: E402
 from matplotlib.colors import BoundaryNorm, ListedColormap  # noqa: E402
 
 EXIT_USAGE = 2
-CLASSES = ("free", "unsure", "occupied")
-CLASS_COLOURS = ListedColormap(["white", "0.6", "black"])
-METHOD_STYLES = {"gp_query": ("tab:blue", "-"), "gp_map": ("tab:cyan", "-."),
-                 "grid": ("tab:red", "-"), "wide_grid": ("tab:orange", "-"),
-                 "strong_grid": ("tab:brown", "-"), "octomap": ("tab:pink", "-"),
-                 "exact_gp": ("tab:purple", "--")}
+CLASSES = ("free", "unsure", "occupied", "unknown")
+CLASS_COLOURS = ListedColormap(["white", "0.55", "black", "#9ad0f5"])
+# Where nothing is known the variance is over this part of the prior's, as in low-resolution maps.
+UNKNOWN_VARIANCE = 0.95
+# Colours of Okabe and Ito, which colour-blind eyes tell apart; dashes and markers differ, too.
+METHOD_STYLES = {"gp_query": ("#0072b2", "-", "o"), "gp_map": ("#56b4e9", "-.", "v"),
+                 "grid": ("#d55e00", "--", "s"), "wide_grid": ("#e69f00", (0, (6, 1)), "^"),
+                 "strong_grid": ("black", (0, (3, 1, 1, 1)), "D"), "octomap": ("#cc79a7", ":", "P"),
+                 "exact_gp": ("#009e73", (0, (1, 1)), "X")}
+OTHER_MARKERS = "<>*hdp"
 DOTS_PER_INCH = 130
 
 
@@ -100,7 +105,8 @@ def read_truth(path):
 def read_report(path):
     try:
         report = json.loads(path.read_text(encoding="utf-8"))
-        _ = [method["all"]["roc"]["fp"] for method in report["methods"]]
+        _ = [(method["all"]["roc"]["fp"], method["profile"]["rows"], report["prior_variance"])
+             for method in report["methods"]]
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: not written by gpom-eval ({error})") from error
     return report
@@ -121,11 +127,18 @@ def show_probability(axes, image, extent):
     colour_bar(axes, shown, "probability of occupancy [1]")
 
 
-def show_classes(axes, names, extent):
+def show_classes(axes, names, is_unknown, extent):
+    names = np.where(is_unknown & (names != "occupied"), "unknown", names)
     numbers = np.select([names == name for name in CLASSES], range(len(CLASSES)))
-    norm = BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3)
+    norm = BoundaryNorm(np.arange(len(CLASSES) + 1) - 0.5, len(CLASSES))
     shown = show(axes, numbers, extent, cmap=CLASS_COLOURS, norm=norm)
-    colour_bar(axes, shown, "class", ticks=range(3), format=lambda i, _: CLASSES[int(i)])
+    colour_bar(axes, shown, "class", ticks=range(len(CLASSES)),
+               format=lambda i, _: CLASSES[int(i)])
+
+
+def panel_height(extent, width):
+    """Height of a panel, with its title and labels, whose picture is `width` wide [inch]."""
+    return min(max(width * (extent[3] - extent[2]) / (extent[1] - extent[0]), 2.5), 9) + 0.9
 
 
 def draw_ground(axes, folder, report, hits, poses):
@@ -147,9 +160,8 @@ def map_figure(folder, report):
     hits, poses = read_columns(folder / "hits.csv"), read_columns(folder / "poses.csv")
     require(folder / "hits.csv", hits, "x", "y", "in_map")
     require(folder / "poses.csv", poses, "x", "y")
-    height = 7 * (extent[3] - extent[2]) / (extent[1] - extent[0])
-    figure, panels = plt.subplots(2, 3, figsize=(19, min(max(height, 4), 9) * 1.6 + 1),
-                                  sharex=True, sharey=True, layout="constrained")
+    figure, panels = plt.subplots(2, 3, figsize=(19, 2 * panel_height(extent, 5.3)), sharex=True,
+                                  sharey=True, layout="constrained")
     (ground, points, rival), (spread, chance, decided) = panels
     draw_ground(ground, folder, report, hits, poses)
     kept = hits["in_map"] > 0
@@ -161,7 +173,7 @@ def map_figure(folder, report):
     spread.set_title("(d) GP: predictive variance")
     show_probability(chance, probability, extent)
     chance.set_title("(e) GP: probability of occupancy")
-    show_classes(decided, classes, extent)
+    show_classes(decided, classes, variance > UNKNOWN_VARIANCE * report["prior_variance"], extent)
     decided.set_title("(f) GP: classes")
     for axes in panels.flat:
         axes.set(aspect="equal", xlim=extent[:2], ylim=extent[2:])
@@ -186,6 +198,11 @@ def draw_hits(axes, hits, kept, size):
               label="returns in the map")
 
 
+def legend_below(axes):
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.11), ncols=2, frameon=False,
+                markerscale=2)
+
+
 def label_axes(panels, extent):
     for axes in panels.flat:
         axes.set(aspect="equal", xlim=extent[:2], ylim=extent[2:], xlabel="x [m]", ylabel="y [m]")
@@ -199,7 +216,8 @@ def coarse_figure(folder):
     probability, _, grid, extent = read_view(folder, "coarse")
     window = read_view(folder, "window")[-1]
     hits, poses = read_columns(folder / "hits.csv"), read_columns(folder / "poses.csv")
-    figure, panels = plt.subplots(2, 2, figsize=(15, 14), layout="constrained")
+    figure, panels = plt.subplots(2, 2, figsize=(15, 2 * panel_height(extent, 6.3)),
+                                  layout="constrained")
     (ground, points), (rival, chance) = panels
     ground.plot(hits["x"], hits["y"], ",", color="0.45", alpha=0.5)
     ground.plot(poses["x"], poses["y"], color="red", linewidth=1.2, label="way of the robot")
@@ -210,7 +228,7 @@ def coarse_figure(folder):
                                    label="area of window.png"))
     points.set_title("(b) What the map gets")
     for axes in (ground, points):
-        axes.legend(loc="upper right")
+        legend_below(axes)
     cell = f"{cell_of(probability, extent):.1f} m"
     show_probability(rival, grid, extent)
     rival.set_title(f"(c) Occupancy grid, cells of {cell} (grey 0.5: unknown)")
@@ -223,13 +241,14 @@ def coarse_figure(folder):
 def window_figure(folder):
     probability, variance, grid, extent = read_view(folder, "window")
     hits = read_columns(folder / "hits.csv")
-    figure, panels = plt.subplots(2, 2, figsize=(17, 13), layout="constrained")
+    figure, panels = plt.subplots(2, 2, figsize=(17, 2 * panel_height(extent, 7.3)),
+                                  layout="constrained")
     (points, rival), (chance, spread) = panels
     others = hits["in_map"] == 0
     points.plot(hits["x"][others], hits["y"][others], ".", color="0.75", markersize=1.5,
                 label="returns left out")
     draw_hits(points, hits, ~others, 5)
-    points.legend(loc="upper right")
+    legend_below(points)
     points.set_title("(a) Laser returns")
     show_probability(rival, grid, extent)
     rival.set_title("(b) Occupancy grid, widened beams (grey 0.5: unknown)")
@@ -244,45 +263,98 @@ def window_figure(folder):
 
 # ---- ROC and reliability, as Fig. 3 -------------------------------------------------------------
 
+def line_styles(methods):
+    """Colour, line and marker of each method, by its key."""
+    others = [method["key"] for method in methods if method["key"] not in METHOD_STYLES]
+    return METHOD_STYLES | {
+        key: ("0.5", (0, (2 + 2 * i, 1)), OTHER_MARKERS[i % len(OTHER_MARKERS)])
+        for i, key in enumerate(others)}
+
+
 def draw_roc(axes, methods, part):
+    styles = line_styles(methods)
     for method in methods:
-        colour, line = METHOD_STYLES.get(method["key"], ("black", ":"))
+        colour, line, marker = styles[method["key"]]
         metrics = method[part]
         axes.plot(metrics["roc"]["fp"], metrics["roc"]["tp"], color=colour, linestyle=line,
-                  label=f"{method['label']}: AUC {metrics['auc']:.4f}")
-    axes.plot([0, 1], [0, 1], "--", color="tab:green", label="chance: AUC 0.5")
+                  marker=marker, markevery=0.12, markersize=5)
+    axes.plot([0, 1], [0, 1], "-", color="0.7", linewidth=0.8)
+    axes.text(0.6, 0.56, "chance", color="0.5")
     axes.axhline(0.95, color="0.8", linewidth=0.8, zorder=0)
     axes.set(xlabel="false-positive rate [1]", ylabel="true-positive rate [1]", aspect="equal",
              xlim=(-0.01, 1.01), ylim=(-0.01, 1.01))
-    axes.legend(loc="lower right")
 
 
 def draw_reliability(axes, methods, part):
-    """A dot's area is its bin's share of the points: small ones say little."""
+    """A marker's area is its bin's share of the points: small ones say little."""
+    styles = line_styles(methods)
     for method in methods:
-        colour, line = METHOD_STYLES.get(method["key"], ("black", ":"))
+        colour, line, marker = styles[method["key"]]
         metrics = method[part]
         bins = [b for b in metrics["reliability"] if b["points"] > 0]
         x = [b["mean_probability"] for b in bins]
         y = [b["share_occupied"] for b in bins]
-        axes.plot(x, y, color=colour, linestyle=line, linewidth=1,
-                  label=f"{method['label']}: ECE {metrics['ece']:.4f}")
-        axes.scatter(x, y, color=colour,
+        axes.plot(x, y, color=colour, linestyle=line, linewidth=1)
+        axes.scatter(x, y, color=colour, marker=marker,
                      s=[1 + 300 * b["points"] / metrics["points"] for b in bins])
-    axes.plot([0, 1], [0, 1], "--", color="0.5", label="calibrated")
+    axes.plot([0, 1], [0, 1], "-", color="0.7", linewidth=0.8)
+    axes.text(0.6, 0.56, "calibrated", color="0.5")
     axes.set(xlabel="mean probability in the bin [1]", ylabel="share occupied [1]",
              aspect="equal", xlim=(-0.01, 1.01), ylim=(-0.01, 1.01),
-             title="Reliability (dot area: share of the points)")
-    axes.legend(loc="upper left")
+             title="Reliability (marker area: share of the points)")
 
 
 def roc_figure(report):
     methods = report["methods"]
     part = "near" if all("near" in method for method in methods) else "all"
-    figure, (left, right) = plt.subplots(1, 2, figsize=(14, 7), layout="constrained")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(14, 8.4), layout="constrained")
     draw_roc(left, methods, part)
     left.set_title("ROC, points within 5 m of a beam" if part == "near" else "ROC, held-out beams")
     draw_reliability(right, methods, part)
+    figure.legend(left.get_lines()[:len(methods)],
+                  [f"{m['label']}: AUC {m[part]['auc']:.4f}, ECE {m[part]['ece']:.4f}"
+                   for m in methods], loc="outside lower center", ncols=2, frameon=False)
+    return figure
+
+
+# ---- probability by the distance from a surface -------------------------------------------------
+
+def draw_profile(axes, methods, name):
+    """One figure of every row of the profiles: mean_probability, share_free or share_occupied."""
+    styles = line_styles(methods)
+    for method in methods:
+        colour, line, marker = styles[method["key"]]
+        rows = method["profile"]["rows"]
+        axes.plot([row["offset_m"] for row in rows], [row[name] for row in rows], color=colour,
+                  linestyle=line, marker=marker, markersize=5)
+    ticks = [row["offset_m"] for row in methods[0]["profile"]["rows"]]
+    axes.set_xscale("symlog", linthresh=0.1, linscale=0.7)
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks], rotation=60)
+    axes.minorticks_off()
+    axes.axvline(0, color="0.8", linewidth=0.8, zorder=0)
+    axes.set(ylim=(-0.02, 1.02))
+    axes.grid(axis="y", color="0.92")
+
+
+def profile_figure(report):
+    methods = report["methods"]
+    surface = "true surface" if report["mode"] == "street" else "return of a held-out beam"
+    figure, panels = plt.subplots(1, 3, figsize=(18, 7), sharey=True, layout="constrained")
+    for axes, (name, title) in zip(panels, (
+            ("mean_probability", "Mean probability of occupancy"),
+            ("share_free", "Share called free (p at most 0.3)"),
+            ("share_occupied", "Share called occupied (p at least 0.7)"))):
+        draw_profile(axes, methods, name)
+        axes.set(title=title, xlabel=f"offset from the {surface} [m], negative before it")
+    panels[0].axhline(0.5, color="0.8", linewidth=0.8, zorder=0)
+    panels[0].set_ylabel("[1]")
+    lines = panels[0].get_lines()[:len(methods)]
+    labels = []
+    for method in methods:
+        crossing = method["profile"]["crossing_m"]
+        labels.append(f"{method['label']}: mean p " + (
+            "never rises to 0.5" if crossing is None else f"is 0.5 at {crossing:.3f} m"))
+    figure.legend(lines, labels, loc="outside lower center", ncols=2, frameon=False)
     return figure
 
 
@@ -305,7 +377,8 @@ def plot(folder, out):
     if not folder.is_dir():
         raise InputError(f"{folder}: no such folder; give what gpom-eval --out wrote")
     report = read_report(folder / "eval.json")
-    figures = {out / "map.png": map_figure(folder, report), out / "roc.png": roc_figure(report)}
+    figures = {out / "map.png": map_figure(folder, report), out / "roc.png": roc_figure(report),
+               out / "profile.png": profile_figure(report)}
     if report["mode"] == "log":
         figures[out / "coarse.png"] = coarse_figure(folder)
         figures[out / "window.png"] = window_figure(folder)

@@ -5,6 +5,7 @@
 #include "tools/lib/live_options.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/progress.hpp"
+#include "tools/lib/scan_options.hpp"
 #include "tools/lib/text_lines.hpp"
 
 #include <algorithm>
@@ -25,7 +26,7 @@ struct Options {
     std::string scans_path, params_path, points_path, out_path;
     std::vector<double> raster; ///< x0, y0, cell, nx, ny.
     std::vector<double> origin = {0.0, 0.0};
-    double range_max_m = 49.0;
+    ReadOptions reading;
     std::optional<double> beam_max; ///< Absent: as many as the scans have.
     std::string kept_path;          ///< Kept beams to write, CSV.
     bool live = false;              ///< Keep what is worth keeping.
@@ -34,7 +35,7 @@ struct Options {
 
 void declare_options(CLI::App &app, Options &options)
 {
-    app.add_option("--scans", options.scans_path, "Scans: CSV or CARMEN log, plain or gzipped")
+    app.add_option("--scans", options.scans_path, "Scans: CSV or CARMEN log, plain, gzip or bzip2")
         ->required()
         ->type_name("FILE");
     app.add_option("--params", options.params_path, "Hyperparameters, TOML")
@@ -56,8 +57,10 @@ void declare_options(CLI::App &app, Options &options)
         ->delimiter(',')
         ->expected(2)
         ->capture_default_str();
-    app.add_option("--range-max", options.range_max_m, "Usable range of a CARMEN log's sensor [m]")
+    app.add_option("--range-max", options.reading.range_max_m,
+                   "Usable range of a CARMEN log's sensor [m]")
         ->capture_default_str();
+    add_scan_options(app, options.reading);
     app.add_option("--beam-max", options.beam_max,
                    "Capacity of the map [beams]; default: all of the scans'; with --live 16384")
         ->check(CLI::Number);
@@ -220,10 +223,8 @@ void report_live(const HostMap &map)
 
 void query(const Options &options)
 {
-    ReadOptions read_options;
-    read_options.range_max_m = options.range_max_m;
     const std::vector<gpom_point_t> points = points_of(options);
-    const std::vector<Scan> scans = read_scans(options.scans_path, read_options);
+    const std::vector<Scan> scans = read_scans(options.scans_path, options.reading);
     const HostMap map = map_of(options, scans);
     const std::vector<gpom_answer_t> answers = answers_of(map, points);
     std::vector<FileContent> files = {{options.out_path, answers_csv(points, answers)}};

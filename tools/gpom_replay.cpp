@@ -3,7 +3,7 @@
 #include "ports/linux/sender.hpp"
 #include "tools/lib/command_line.hpp"
 #include "tools/lib/lcm_log.hpp"
-#include "tools/lib/scan_log.hpp"
+#include "tools/lib/scan_options.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -27,7 +27,7 @@ struct Options {
     std::string scan_channel, pose_channel;
     std::vector<std::string> log_channels;
     double rate = 1.0;
-    double range_max_m = 49.0;
+    ReadOptions reading;
     std::uint16_t sensor_id = 0;
     std::uint32_t n_rounds = 1;
     bool is_now = false;
@@ -37,8 +37,9 @@ struct Options {
 
 void declare_options(CLI::App &app, Options &options)
 {
+    options.reading.range_min_m = 0.0; // as recorded: who receives them decides
     app.add_option("in", options.in_path,
-                   "Scans (CSV or CARMEN log, plain or gzipped) or an LCM event log")
+                   "Scans (CSV or CARMEN log, plain, gzip or bzip2) or an LCM event log")
         ->required()
         ->type_name("FILE");
     app.add_option("--url", options.url, "LCM's network")->capture_default_str();
@@ -56,7 +57,7 @@ void declare_options(CLI::App &app, Options &options)
         app.add_option("--scan-channel", options.scan_channel, "Default GPOM_SCAN; others LIDAR"),
         app.add_option("--pose-channel", options.pose_channel, "Default POSE; mbot SLAM_POSE"),
         app.add_option("--sensor-id", options.sensor_id, "Of gpom.scan_t")->capture_default_str(),
-        app.add_option("--range-max", options.range_max_m,
+        app.add_option("--range-max", options.reading.range_max_m,
                        "Usable range of a CARMEN log's sensor [m]")
             ->capture_default_str(),
         app.add_flag("--extent", options.is_extent,
@@ -66,6 +67,9 @@ void declare_options(CLI::App &app, Options &options)
         app.add_option("--repeat", options.n_rounds, "Send the scans so many times, time going on")
             ->check(CLI::Range(1u, 1000000u))
             ->capture_default_str()};
+    for (CLI::Option *const option : add_scan_options(app, options.reading)) {
+        options.of_scans.push_back(option);
+    }
 }
 
 /// The bus. A message waits until the network takes it; what cannot be sent throws.
@@ -226,9 +230,7 @@ private:
 
 std::vector<Scan> scans_of(const Options &options)
 {
-    ReadOptions read_options;
-    read_options.range_max_m = options.range_max_m;
-    return read_scans(options.in_path, read_options);
+    return read_scans(options.in_path, options.reading);
 }
 
 void print_extent(const std::vector<Scan> &scans)

@@ -18,12 +18,12 @@ from tqdm import tqdm
 
 import live_section
 import odometry_section
+from results_tables import (PRESETS, Figures, ahead_table, cross_table, log_profile_table,
+                            log_table, neighbour_table, solve_table, street_profile_table,
+                            street_table, table_text)
 
 EXIT_USAGE = 2
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-PRESETS = ("indoor", "campus", "street")
-METRICS = (("auc", "AUC", 4), ("fp_at_tp95", "FP@95", 4), ("nll", "NLL", 4), ("ece", "ECE", 4))
-RIVALS = (("strong_grid", "strong grid"), ("octomap", "OctoMap"))
 NEIGHBOURS = "8,16,32"
 MANY_NEIGHBOURS = "8,16,32,64,128,256"
 # Someone has to judge: all beams are nine in ten, for learning too.
@@ -34,6 +34,8 @@ PAPER_PARAMS = "tools/params/street_paper.toml"
 ASKEY_PARAMS = "tools/params/street_askey.toml"
 # Where the paper's learning stands beside ours, and the presets beside what the log has taught.
 LML_SHARE = 0.04
+# Of the returns that live maps get, for gpom-eval.
+SHARE_OF_LIVE = 1.0
 
 
 class ResultsError(Exception):
@@ -72,7 +74,8 @@ def seedless(tool, words):
     if "--seed" not in words:
         return " ".join([tool, *words])
     seed = words[words.index("--seed") + 1]
-    shown = [word if before != "--seed" else "$SEED" for before, word in zip(("",) + words, words)]
+    shown = [word if before not in ("--seed", "--training-of") else "$SEED"
+             for before, word in zip(("",) + words, words)]
     return " ".join([tool, *shown]).replace(f"-seed-{seed}/", "-seed-$SEED/")
 
 
@@ -82,6 +85,10 @@ def params_of(preset):
     """Parameter file of a preset; the indoor one where it has none yet."""
     path = f"tools/params/{preset}.toml"
     return path if (ROOT / path).is_file() else "tools/params/indoor.toml"
+
+
+def shipped_presets():
+    return [preset for preset in PRESETS if (ROOT / f"tools/params/{preset}.toml").is_file()]
 
 
 def plain_params(own):
@@ -148,9 +155,13 @@ def all_jobs(arguments, logs):
 
 
 def live_jobs(arguments, logs):
-    jobs = [Job(trial, log.name, seed, live_section.judge_words(log.name, seed, trial),
+    jobs = [Job(trial, log.name, seed, live_section.judge_words(log, seed, trial),
                 tool="gpom-live")
-            for trial in live_section.TRIALS for log in logs for seed in live_section.SEEDS]
+            for trial in live_section.TRIALS for log in logs
+            for seed in range(arguments.live_seeds)]
+    jobs += [Job(live_section.LEARNT, log.name, seed, *live_section.learnt_words(log, seed),
+                 tool="gpom-live")
+             for log in logs for seed in live_section.learnt_seeds(arguments.live_seeds)]
     if arguments.drive > 0:
         jobs.append(Job("drive", "town", 0, live_section.drive_words(arguments.drive),
                         tool="gpom-live"))
@@ -203,165 +214,12 @@ def run_jobs(runner, jobs, n_streets, n_at_once):
             pool.shutdown(cancel_futures=True)
 
 
-# ---- figures ------------------------------------------------------------------------------------
-
-class Figures:
-    """Metrics of every method by table, data and seed."""
-
-    def __init__(self, reports):
-        self.reports = reports
-
-    def methods(self, table):
-        """Key and label in the order of gpom-eval, other presets' left to the cross table."""
-        found = {}
-        for (name, *_), report in self.reports.items():
-            if name == table:
-                found |= {m["key"]: m["label"] for m in report["methods"]}
-        hidden = {f"gp_{preset}" for preset in PRESETS}
-        return {key: label for key, label in found.items() if key not in hidden}
-
-    def of(self, table, data, key, part="all"):
-        """The method's entry for each seed; empty if it took no part."""
-        return [method for (name, where, _), report in self.reports.items()
-                if name == table and where == data
-                for method in report["methods"] if method["key"] == key and part in method]
-
-    def values(self, table, data, key, metric, part="all"):
-        return [method[part][metric] for method in self.of(table, data, key, part)]
-
-
-def mean(values):
-    return sum(values) / len(values)
-
-
-def mean_and_spread(values, digits):
-    if not values:
-        return "-"
-    text = f"{mean(values):.{digits}f}"
-    return text if len(values) < 2 else f"{text} ({max(values) - min(values):.{digits}f})"
-
-
-def over_data(per_data):
-    """Means over the data of one seed after the other."""
-    return [mean(column) for column in zip(*per_data)] if all(per_data) else []
-
-
-def settings_of(entries):
-    return "; ".join(dict.fromkeys(entry.get("setting", "") for entry in entries))
-
-
-# ---- tables -------------------------------------------------------------------------------------
-
-def table_text(header, rows):
-    lines = ["| " + " | ".join(header) + " |", "|" + " --- |" * len(header)]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
-
+# ---- the document -------------------------------------------------------------------------------
 
 def commands_text(jobs, seeds=""):
     lines = list(dict.fromkeys(job.shown() for job in jobs))
     return "```\n" + "\n".join(lines) + "\n```\n" + seeds
 
-
-def log_table(figures, table, names):
-    header = ["log", "method", *(title for _, title, _ in METRICS), "chosen"]
-    rows = []
-    for key, label in figures.methods(table).items():
-        per_metric = [over_data([figures.values(table, name, key, metric) for name in names])
-                      for metric, *_ in METRICS]
-        cells = [mean_and_spread(values, digits)
-                 for values, (*_, digits) in zip(per_metric, METRICS)]
-        rows.append((len(names), ["**mean**", label, *cells, ""]))
-        for i, name in enumerate(names):
-            entries = figures.of(table, name, key)
-            cells = [mean_and_spread([entry["all"][metric] for entry in entries], digits)
-                     for metric, _, digits in METRICS]
-            rows.append((i, [name, label, *cells, settings_of(entries)]))
-    rows.sort(key=lambda row: row[0])
-    return table_text(header, [row for _, row in rows])
-
-
-def is_ahead(figures, table, name, rival, metric):
-    own, other = (mean(figures.values(table, name, key, metric)) for key in ("gp_query", rival))
-    return own > other if metric == "auc" else own < other
-
-
-def ahead_table(figures, tables, names):
-    """Where the GP's mean is better than a rival's."""
-    header = ["split, share", "rival", *names]
-    rows = []
-    for table in tables:
-        for rival, label in RIVALS:
-            cells = []
-            for name in names:
-                behind = [title for metric, title, _ in METRICS[:3]
-                          if not is_ahead(figures, table, name, rival, metric)]
-                cells.append("all three" if not behind else "not in " + ", ".join(behind))
-            rows.append([table, label, *cells])
-    return table_text(header, rows)
-
-
-def street_table(figures, names, part):
-    header = ["method", *names, "mean AUC", "mean FP@95", "mean NLL", "mean ECE",
-              "GP better in AUC, FP@95, NLL on"]
-    rows = []
-    own = {metric: [figures.values("street", name, "gp_query", metric, part)[0] for name in names]
-           for metric, *_ in METRICS}
-    for key, label in figures.methods("street").items():
-        all_values = {metric: [value for name in names
-                               for value in figures.values("street", name, key, metric, part)]
-                      for metric, *_ in METRICS}
-        cells = [" / ".join(f"{all_values[metric][i]:.{digits}f}" for metric, digits in
-                            (("auc", 3), ("fp_at_tp95", 3), ("nll", 3)))
-                 for i in range(len(names))]
-        means = [mean_and_spread(all_values[metric], digits) for metric, _, digits in METRICS]
-        wins = [sum((a > b) if metric == "auc" else (a < b)
-                    for a, b in zip(own[metric], all_values[metric]))
-                for metric in ("auc", "fp_at_tp95", "nll")]
-        won = "" if key == "gp_query" else ", ".join(map(str, wins)) + f" of {len(names)}"
-        rows.append([label, *cells, *means, won])
-    return table_text(header, rows)
-
-
-def cross_table(figures, places):
-    """NLL of each preset on all data; places are (table, data, own preset, part)."""
-    presets = [preset for preset in PRESETS if (ROOT / f"tools/params/{preset}.toml").is_file()]
-    rows = []
-    for table, name, own, part in places:
-        cells, means = [], []
-        for preset in presets:
-            key = "gp_query" if table == "street" and preset == own else f"gp_{preset}"
-            values = figures.values(table, name, key, "nll", part)
-            text = mean_and_spread(values, 4)
-            means.append(mean(values) if values else float("inf"))
-            cells.append(f"**{text}**" if preset == own else text)
-        rows.append([name, *cells, presets[means.index(min(means))]])
-    return table_text(["data", *(f"{preset}.toml" for preset in presets), "best"], rows)
-
-
-def neighbour_table(report):
-    rows = [[row["label"], f"{row['auc']:.4f}", f"{row['nll']:.4f}", f"{row['mean_error_max']:.3f}"]
-            for row in report["neighbours"]]
-    return table_text(["hits + free segments", "AUC", "NLL", "largest difference of means"], rows)
-
-
-def solve_table(bench):
-    """Times of the sparse solve over the dense one's, from the folder of a `make bench`."""
-    run = json.loads((bench / "speed.json").read_text(encoding="utf-8"))
-    medians = {row["run_name"]: row for row in run["benchmarks"]
-               if row.get("aggregate_name") == "median"}
-    rows = []
-    for name, row in medians.items():
-        if name.startswith("solve-sparse/ell"):
-            ell, n = name.removeprefix("solve-sparse/ell").split("/n")
-            dense = medians[name.replace("sparse", "dense")]
-            rows.append([n, ell, f"{100 * row['nonzeros']:.1f}",
-                         f"{row['cpu_time'] / dense['cpu_time']:.1f}"])
-    return table_text(["neighbours", "ell [m]", "% of K not zero", "time, sparse / dense"],
-                      sorted(rows, key=lambda row: (int(row[0]), int(row[1])))), \
-        run["context"]["lanes"]
-
-
-# ---- the document -------------------------------------------------------------------------------
 
 HEAD = """# Results
 
@@ -370,21 +228,32 @@ make), `$STREETS/N.csv` and `N.pgm` come from `gpom-sim --seed N --out N.csv --t
 
 A log: at most 600 scans, evenly taken. Split *beams*: each return makes the map with the
 probability *share* (1.0 stands for 0.9), 6000 of the others judge it: 3000 give an occupied point
-5 cm beyond the return, 3000 a free one anywhere up to 0.3 m before it. Split *runs*: two runs of 40
-consecutive scans judge, the map never sees them. A street: random places of the whole area with the
-simulator's truth.
+5 cm beyond the return, 3000 a free one before it: every second anywhere on the beam, the others on
+its last 0.5 m, all of them 5 cm or more before the return. Split *runs*: two runs of 40 consecutive
+scans judge, the map never sees them. A street: random places of the whole area with the simulator's
+truth.
 
 AUC: area under the ROC curve. FP@95: false-positive rate at true-positive rate 0.95. NLL: mean
 negative log likelihood, probabilities clipped to [0.001, 0.999]. ECE: expected calibration error in
-ten bins. Logs: mean over the split seeds, in brackets the spread, largest minus smallest.
+ten bins. Band: the points within 0.5 m of the return of their beam; on streets those within 0.5 m
+of the true surface and within 5 m of a beam. Logs: mean over the split seeds, in brackets the
+spread, largest minus smallest.
+
+Before and behind surfaces: what a map says at an offset from the return along 3000 held-out beams,
+negative before it, where it is free; on streets by the distance from the true surface, at 3000
+places of it that the sensor could see. "p = .5 at": where the mean probability rises to one half,
+linear between the offsets. Free means a probability of at most 0.3, occupied of at least 0.7. A
+beam that grazes a wall is nearer to it than its offset says, so that no map reaches 100 %. The
+truth of a street has cells of 0.25 m, which blurs its surface by half a cell.
 
 On the logs' held-out beams the GP's parameters are learnt by `gpom-learn` from the beams that make
 the map, as a vehicle would on its way; on held-out runs and on streets they are a preset's.
 "GP, lml" is learnt from the same beams as in the paper: its covariance by the log marginal
 likelihood, then the sigmoid by leave-one-out.
 
-The strong grid and OctoMap get the cell size with the least NLL on the very points that judge them:
-the choice favours them. The other grids have fixed constants. The strong grid learns its scaling
+The strong grid, OctoMap and the occupancy grids get the cell size with the least NLL on the very
+points that judge them, the occupancy grids the sensor model, too: the choice favours them. Cells of
+logs go down to 0.05 m. The strong grid learns its scaling
 from beams it leaves out, on streets too, where points behind walls are judged as well. FP@95 is 1
 where over 5 % of the occupied points have the least probability that a clamped map can give.
 """
@@ -411,6 +280,8 @@ def log_sections(figures, jobs, arguments, names):
         yield f"## {title}\n"
         yield commands_text([job for job in jobs if job.table == table], seeds)
         yield log_table(figures, table, names)
+        yield "Before and behind surfaces:\n"
+        yield log_profile_table(figures, table, names)
 
 
 def street_sections(figures, jobs, streets, bench):
@@ -419,6 +290,8 @@ def street_sections(figures, jobs, streets, bench):
         yield commands_text([job for job in jobs if job.table == "street"])
         yield "Cells: AUC / FP@95 / NLL; in brackets the spread over the streets.\n"
         yield street_table(figures, streets, part)
+    yield "Before and behind the true surface, means over the streets:\n"
+    yield street_profile_table(figures, streets)
     yield "## Few neighbours or all beams\n"
     yield commands_text([job for job in jobs if job.table == "neighbours"])
     yield ("The paper's section III.D: its model, in the map frame, from the nearest hits and free "
@@ -439,11 +312,28 @@ def street_sections(figures, jobs, streets, bench):
         yield table
 
 
+def rival_entries(figures, name):
+    """Label and entries, seed by seed, of every rival of the live map of a log."""
+    table = f"beams {SHARE_OF_LIVE}"
+    return [(label, figures.of(table, name, key))
+            for key, label in figures.methods(table).items() if not key.startswith("gp_")]
+
+
 def live_sections(figures, jobs, arguments, names):
+    n_learnt = len(live_section.learnt_seeds(arguments.live_seeds))
+    if names:
+        yield "## The live map: before and behind surfaces\n"
+        yield commands_text([job for job in jobs if job.table == live_section.LEARNT],
+                            f"`$SEED` = 0 to {n_learnt - 1}\n")
+        yield live_section.SURFACES_TEXT
+        if SHARE_OF_LIVE not in arguments.fractions:
+            yield f"Rivals left out: no share {SHARE_OF_LIVE} among those asked for.\n"
+        yield table_text(*live_section.surface_table(
+            figures.reports, names, lambda name: rival_entries(figures, name)))
     for trial in live_section.TRIALS if names else ():
         yield f"## The live map: {live_section.TITLES[trial]}\n"
         yield commands_text([job for job in jobs if job.table == trial],
-                            f"`$SEED` = 0 to {len(live_section.SEEDS) - 1}\n")
+                            f"`$SEED` = 0 to {arguments.live_seeds - 1}\n")
         for part in live_section.parts(trial, figures.reports, names):
             yield part if isinstance(part, str) else table_text(*part)
     if arguments.drive > 0:
@@ -500,7 +390,7 @@ def document(figures, jobs, arguments, logs):
         parts += ["## Parameters used on each other's data\n",
                   "NLL, from the runs above at 4 % and near beams. Bold: the preset for such\n"
                   "data, used on held-out runs; which one is best was seen here alone.\n",
-                  cross_table(figures, places)]
+                  cross_table(figures, shipped_presets(), places)]
     return "\n".join(parts)
 
 
@@ -539,6 +429,9 @@ def parse_arguments():
                         help="streets of seeds 0 to N - 1 (default: 5)")
     parser.add_argument("--points", type=int, choices=range(100, 1_000_001), default=20000,
                         metavar="N", help="test points of a street (default: 20000)")
+    parser.add_argument("--live-seeds", type=int, choices=range(1, 101), default=10, metavar="N",
+                        help="live maps of seeds 0 to N - 1, at most 3 of them learnt for "
+                             "(default: 10)")
     parser.add_argument("--drive", type=int, choices=range(0, 10_000_001), default=864_000,
                         metavar="N", help="scans of the long drive (default: 864000, ten minutes)")
     parser.add_argument("--bench", metavar="DIR", type=pathlib.Path,

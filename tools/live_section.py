@@ -1,14 +1,27 @@
 """The live map's sections of RESULTS.md: figures of gpom-live as Markdown tables."""
-METRICS = (("auc", "AUC"), ("fp_at_tp95", "FP@95"), ("nll", "NLL"), ("ece", "ECE"))
-MORE_IS_BETTER = ("auc",)
+from profile_cells import PROFILE_TITLES, profile_cells
+
+# Keys that lead to a figure, and its title.
+METRICS = ((("auc",), "AUC"), (("fp_at_tp95",), "FP@95"), (("nll",), "NLL"), (("ece",), "ECE"),
+           (("band", "nll"), "NLL, band"), (("band", "ece"), "ECE, band"))
+MORE_IS_BETTER = (("auc",),)
 PRESETS = {"intel": "indoor", "csail": "indoor", "seattle": "indoor", "campus-west": "campus",
            "acapulco": "campus"}
 COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted_redundant",
           "beams_evicted_contradicted", "beams_not_confirmed", "hits_cleared", "free_cleared")
-SEEDS = range(10)
 # What `gpom-live judge` is told beside the log.
 TRIALS = {"live": (), "spurious": ("--spurious", "0.05")}
 TITLES = {"live": "what is worth keeping", "spurious": "spurious returns"}
+# Maps whose parameters their own beams taught.
+LEARNT = "live learnt"
+LEARNT_SEEDS_MAX = 3
+LEARNT_MODEL = ("--kernel", "matern12", "--model", "noise,anisotropy,vote")
+SURFACES_TEXT = """\
+Live maps as below: all scans in order, nine returns in ten, at most 16,384 beams kept; the other
+returns judge. "Learnt": parameters that `gpom-learn` took from the very returns that make the map.
+Rivals: from the tables above, nine returns in ten of at most 600 scans, all kept, each with its
+best setting. Means over the seeds, in brackets the spread.
+"""
 TEXT = """\
 All scans in order, nine returns in ten, into a map of 16,384 beams, against as many beams drawn at
 random from the same; the other returns judge. In brackets the spread over the seeds.
@@ -19,21 +32,40 @@ dust, rain or another laser.
 """
 UNCHANGED_TEXT = """\
 The same without the places that changed: a return judges also when what it came from has left
-since, and the map rightly calls its place free. Left out are points of which the last five scans
-that saw the place say the contrary (a return within 0.15 m; a beam that passes within 0.05 m and
-goes on for 0.5 m).
+since, and the map rightly calls its place free. Left out are occupied points which the last five
+scans that saw the place looked through (a beam passes within 0.05 m and goes on for 0.5 m; no
+return within 0.15 m).
 """
 
 
-def judge_words(name, seed, trial):
-    """Words of gpom-live for a log; `$DATA` stands for the folder of the logs."""
-    return ("judge", "--scans", f"$DATA/{name}.log.gz", "--params",
-            f"tools/params/{PRESETS[name]}.toml", "--seed", str(seed), *TRIALS[trial])
+def log_words(log):
+    """`$DATA` stands for the folder of the logs."""
+    return ("--scans", f"$DATA/{log.name}.log.gz", "--range-max", str(log.range_max_m))
+
+
+def judge_words(log, seed, trial):
+    """Words of gpom-live for a log and the preset for such data."""
+    return ("judge", *log_words(log), "--params", f"tools/params/{PRESETS[log.name]}.toml",
+            "--seed", str(seed), *TRIALS[trial])
+
+
+def learnt_words(log, seed):
+    """Words of gpom-live, and of the run of gpom-learn before it, on the beams of the same map."""
+    params = f"$STREETS/{log.name}-live-seed-{seed}/live.toml"
+    learn = (*log_words(log), "--training-of", str(seed), "--seed", str(seed), *LEARNT_MODEL,
+             "--out", params)
+    return ("judge", *log_words(log), "--params", params, "--seed", str(seed)), (learn,)
 
 
 def drive_words(n_scans):
     return ("drive", "--params", "tools/params/street.toml", "--scans", str(n_scans), "--cells",
             "64", "--step-ops", "400000")
+
+
+def figure_of(entry, path):
+    for key in path:
+        entry = entry[key]
+    return entry
 
 
 def mean_and_spread(values):
@@ -42,7 +74,8 @@ def mean_and_spread(values):
 
 def seeds_ahead(reports, metric):
     """On how many seeds the kept beams are better than as many at random."""
-    gains = [report["live"][metric] - report["random"][metric] for report in reports]
+    gains = [figure_of(report["live"], metric) - figure_of(report["random"], metric)
+             for report in reports]
     n_ahead = sum(gain > 0 if metric in MORE_IS_BETTER else gain < 0 for gain in gains)
     return f"{n_ahead} of {len(gains)}"
 
@@ -53,7 +86,7 @@ def accuracy_table(reports):
     rows = []
     for name, of_seeds in reports.items():
         for key, label in (("live", "kept"), ("random", "as many at random")):
-            cells = [mean_and_spread([report[key][metric] for report in of_seeds])
+            cells = [mean_and_spread([figure_of(report[key], metric) for report in of_seeds])
                      for metric, _ in METRICS]
             rows.append([name, label, *cells, str(of_seeds[0][key]["kept"]),
                          str(of_seeds[0]["points"])])
@@ -62,9 +95,33 @@ def accuracy_table(reports):
     return ["log", "beams", *(title for _, title in METRICS), "number", "test points"], rows
 
 
+def learnt_seeds(n_seeds):
+    return range(min(n_seeds, LEARNT_SEEDS_MAX))
+
+
+def surface_table(reports, names, rivals_of):
+    """Live maps with learnt parameters and with the preset's, and rivals, up to the surface.
+    rivals_of(name): label and entries of gpom-eval, seed by seed, of each rival."""
+    rows = []
+    for name in names:
+        seeds = [seed for table, log, seed in reports if (table, log) == (LEARNT, name)]
+        lives = [(label, [reports[table, name, seed]["live"] for seed in seeds])
+                 for table, label in ((LEARNT, "live map, learnt"),
+                                      ("live", f"live map, {PRESETS[name]}.toml"))]
+        rivals = [(label, [entry["all"] | entry for entry in entries])
+                  for label, entries in rivals_of(name)]
+        for label, entries in lives + rivals:
+            figures = [mean_and_spread([figure_of(entry, path) for entry in entries])
+                       for path, _ in METRICS]
+            rows.append([name, label, *figures,
+                         *profile_cells([entry["profile"] for entry in entries])])
+    return ["log", "map", *(title for _, title in METRICS), *PROFILE_TITLES], rows
+
+
 def parts(trial, reports, names):
     """What a trial's section says: texts, and tables' headers and rows."""
-    of_logs = {name: [reports[trial, name, seed] for seed in SEEDS] for name in names}
+    of_logs = {name: [report for (table, log, _), report in reports.items()
+                      if (table, log) == (trial, name)] for name in names}
     if trial == "spurious":
         yield SPURIOUS_TEXT
         yield accuracy_table(of_logs)

@@ -91,8 +91,10 @@ typedef struct {
     uint64_t beams_hit;           /**< Kept: a return. */
     uint64_t beams_no_return;     /**< Kept: free up to the usable maximum, no hit. */
     uint64_t beams_nan;           /**< Ignored: range is NaN. */
-    uint64_t beams_not_positive;  /**< Ignored: range <= 0, minus infinity included. */
-    uint64_t beams_too_near;      /**< Ignored: range below the sensor's minimum. */
+    uint64_t beams_not_positive;  /**< Ignored: range <= 0, minus infinity included. Not a 0
+                                       that is no return (scan.h). */
+    uint64_t beams_too_near;      /**< Ignored: range below the sensor's minimum. Not one that
+                                       is no return (scan.h). */
     uint64_t beams_masked;        /**< Ignored: bearing inside one of the sensor's masks. */
     uint64_t beams_known;         /**< Not kept: confirms what is known (keep_m). */
     uint64_t beams_contradicting; /**< Not kept: runs past hits that stand so far (clear_scans). */

@@ -41,13 +41,13 @@ typedef struct {
     uint32_t struct_bytes; /**< Set by gpom_params_init(); guards against a header mismatch. */
     int32_t kernel;        /**< gpom_kernel_t. Default GPOM_KERNEL_MATERN12. */
     int32_t frame;         /**< gpom_frame_t. Default GPOM_FRAME_QUERY. */
-    float sf2;             /**< Signal variance [1]; 1e-6 .. 1e6. Default 1. */
+    float sf2;             /**< Signal variance [1]; 1e-6 .. 1e6. Default 13. */
     float s0;              /**< NN only: variance of the bias weight [1]; 1e-6 .. 1e6. */
     float s1;              /**< NN only: variance of the position weights [1/m2]; likewise. */
     float ell_m;           /**< All but NN: length scale [m]; 1e-6 .. 1e6. */
     float sn2;        /**< Noise variance of hits [1]; at most 1e6, at least 1e-3 sf2 for NN and
                                 SE, else 1e-6 sf2 (float32 conditioning). */
-    float sn2_free;   /**< Noise variance of free points [1]; likewise. Default sn2. */
+    float sn2_free;   /**< Noise variance of free points [1]; likewise. */
     float alpha;      /**< Slope of the sigmoid, eq. 7 [1]; 1e-6 .. 1e6. */
     float beta;       /**< Offset of the sigmoid, eq. 7 [1]; -1e6 .. 1e6. */
     float gap_m;      /**< Free segments end this far before their hit [m]; 0 .. 1e6. */
@@ -61,6 +61,17 @@ typedef struct {
 
     uint16_t scan_points_max; /**< Of each kind at most this many points of one scan, out of the
                                    n + n / 2 nearest; 0 .. 64, 0: no cap. */
+    uint16_t n_fading;        /**< Of each kind the last n_fading neighbours fade with their
+                                   distance: the next one that a query could take has no say, so
+                                   that no answer jumps where neighbours change. Noise v becomes
+                                   (v + k(x*, x*)) / w - k(x*, x*), w = 1 - t^2, t rising from 0 at
+                                   the last that does not fade to 1 at the (n + 1)-th neighbour; in
+                                   the vote and the scatter of the hits each counts w. Of a scan at
+                                   its cap (scan_points_max) the last point fades, too. 0: none
+                                   fades; else less than n_hits and than n_free. Neighbours at equal
+                                   distances, as free segments that begin at one place and all look
+                                   away from the query, still come and go together: there answers
+                                   may jump. */
     float depth_m;            /**< Occupied part of a hit: from it on this far [m]; 0 .. 5. */
     float anisotropy;         /**< Distances along the main axis of the chosen hits shrink by the
                                    factor 1 - anisotropy (1 - sqrt(l2 / l1)), l1 and l2 being their
@@ -76,13 +87,22 @@ typedef struct {
     float fade_m;             /**< What the neighbours say fades with the distance d [m] to the
                                    nearest of them by 1 - d^2 / fade_m^2: from here on the answer is
                                    the prior. 0.1 .. 1e6, 0: never; 0 in the map frame. */
+    float beta_far;           /**< Added to beta as far as fade_m takes the neighbours away: an own
+                                   offset for places far from all; -1e6 .. 1e6, 0 if fade_m is 0. */
     float sn2_once;           /**< Live maps alone (keep_m > 0, live.h): noise variance of hits that
                                    scans of one time alone saw [1], until a scan of another time
                                    returns from within keep_m, and again once scans that saw through
                                    the hit took its last count. sn2 .. 1e6, 0: as sn2. */
+    float line;               /**< Weight, inside eq. 7, of how far the query is behind the line
+                                   through the chosen hits: (1 - sqrt(l2 / l1)) (n . b) t /
+                                   sqrt(t^2 + (5 cm)^2), n being the line's normal, b the mean
+                                   direction of the hits' beams and t the distance [m] from the line
+                                   along n; fades to 0 at 30 m from the nearest hit. -1e6 .. 1e6. */
 } gpom_params_t;
 
-/** Fill with a plausible outdoor setting: Matern-1/2, 8 + 8 neighbours. Learnt ones are better. */
+/** Fill with a general setting: Matern-1/2, 8 + 8 neighbours, learnt from three logs together, two
+ *  indoors and one outdoors, for maps that keep one beam in 25. Those learnt for a place and its
+ *  map are better. */
 GPOM_API void gpom_params_init(gpom_params_t *params);
 
 /** Check every field, and that the prior probability lies between p_free and p_occupied, so that
@@ -97,12 +117,12 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_check(const gpom_params_t *par
 GPOM_API float gpom_params_prior_variance(const gpom_params_t *params);
 
 /** Probability of occupancy far from all beams: Phi(beta / sqrt(1 + alpha^2 k(x*, x*))), eq. 7,
- *  with the four log terms at 30 m added to beta. */
+ *  with beta_far and the four log terms at 30 m added to beta. */
 GPOM_API float gpom_params_prior_probability(const gpom_params_t *params);
 
 /** Bytes of a stored record of hyperparameters: magic, version, fields in little-endian order on
  *  every processor, CRC-32. */
-#define GPOM_PARAMS_RECORD_BYTES 98u
+#define GPOM_PARAMS_RECORD_BYTES 108u
 
 /** Write a record of GPOM_PARAMS_RECORD_BYTES, for a file or a flash page.
  *
@@ -111,7 +131,8 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_save(const gpom_params_t *para
                                                        uint8_t *record);
 
 /** Read a record and check every field. Any bytes are safe; *params changes only on GPOM_OK.
- *  Records of another version, older ones too, are refused: learn again, or write the TOML anew.
+ *  A record of the version before (98 bytes) is read, with fields it does not know neutral; any
+ *  other version is refused: learn again, or write the TOML anew.
  *
  *  problem  as in gpom_params_check().
  *  Errors   GPOM_ERR_ARG (null), GPOM_ERR_FORMAT (size, magic, version or CRC), GPOM_ERR_PARAMS. */

@@ -87,12 +87,12 @@ typedef struct {
 /** Of this for the dense solve of at most GPOM_POINTS_MAX neighbours. */
 #define GPOM_DENSE_BYTES(n_points, lanes)                                                          \
     ((size_t)4 * (size_t)(lanes) *                                                                 \
-     (GPOM_WHOLE_TILES(n_points) * (GPOM_WHOLE_TILES(n_points) + (size_t)34) / (size_t)2 +         \
+     (GPOM_WHOLE_TILES(n_points) * (GPOM_WHOLE_TILES(n_points) + (size_t)36) / (size_t)2 +         \
       (size_t)8))
 
 /** Of this for the sparse solve of more: 1.2 MiB for 256 neighbours, 4.9 MiB for 512. */
 #define GPOM_SPARSE_BYTES(n_points, lanes)                                                         \
-    ((size_t)4 * (size_t)(lanes) * ((size_t)9 * GPOM_WHOLE_TILES(n_points) + (size_t)8) +          \
+    ((size_t)4 * (size_t)(lanes) * ((size_t)10 * GPOM_WHOLE_TILES(n_points) + (size_t)8) +         \
      (size_t)18 * (size_t)(n_points) * (size_t)(n_points) + (size_t)96 * (size_t)(n_points))
 
 /** The covariance matrix is factored in tiles of 4 x 4: n_points rounded up to a multiple. */

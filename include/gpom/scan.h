@@ -24,16 +24,21 @@ typedef struct {
 
 /** A range sensor and its place on the robot. Fill with gpom_sensor_init(), then change. */
 typedef struct {
-    double x_m;               /**< Mount, robot frame [m]. Default 0. */
-    double y_m;               /**< Mount, robot frame [m]. Default 0. */
-    double yaw_rad;           /**< Mount, robot frame [rad]. Default 0. */
-    float range_min_m;        /**< Readings below are the housing or dust [m]; >= 0. Default 0. */
-    float range_max_m;        /**< Usable maximum: at or beyond it a reading is "no return", free up
+    double x_m;         /**< Mount, robot frame [m]. Default 0. */
+    double y_m;         /**< Mount, robot frame [m]. Default 0. */
+    double yaw_rad;     /**< Mount, robot frame [rad]. Default 0. */
+    float range_min_m;  /**< Readings below are the housing, dust or an error [m]; >= 0. Default
+                                   0.02: usual lidars measure no nearer, so that none is lost. */
+    float range_max_m;  /**< Usable maximum: at or beyond it a reading is "no return", free up
                                    to here [m]; > range_min_m. Default 30. */
-    float range_var_m2;       /**< Variance of a range [m2]; raises the beam's noise. Default 0. */
-    const gpom_mask_t *masks; /**< n_masks finite masks, or NULL; read during insertion only. */
-    uint16_t n_masks;         /**< Default 0. */
-    uint8_t upside_down;      /**< 1: mounted upside down, bearings run clockwise. Default 0. */
+    float range_var_m2; /**< Variance of a range [m2]; raises the beam's noise. Default 0. */
+    const gpom_mask_t *masks;  /**< n_masks finite masks, or NULL; read during insertion only. */
+    uint16_t n_masks;          /**< Default 0. */
+    uint8_t upside_down;       /**< 1: mounted upside down, bearings run clockwise. Default 0. */
+    uint8_t zero_is_no_return; /**< 1: a reading of 0 is "no return", as many drivers send it. Where
+                                    a covered sensor reads 0, too, what covers it is free, then.
+                                    Default 0: such a reading is ignored. */
+    uint8_t too_near_is_no_return; /**< 1: so is one over 0 and below range_min_m. Default 0. */
 } gpom_sensor_t;
 
 /** A robot pose in the map frame. */
@@ -50,9 +55,9 @@ typedef struct {
     int64_t stamp_us;      /**< Time of measurement [us]; kept with the beams. */
     double angle_min_rad;  /**< Bearing of the first range, sensor frame [rad]. */
     double angle_step_rad; /**< Bearing step, negative if clockwise [rad]. */
-    const float
-        *ranges_m;     /**< n_ranges ranges [m]; NaN: ignore; +inf: no return. Any bits allowed. */
-    uint32_t n_ranges; /**< 0 .. GPOM_RANGES_MAX. */
+    const float *ranges_m; /**< n_ranges ranges [m]; NaN: ignore; +inf: no return; 0 and less than
+                            range_min_m: see gpom_sensor_t. Any bits allowed. */
+    uint32_t n_ranges;     /**< 0 .. GPOM_RANGES_MAX. */
 } gpom_scan_t;
 
 /** A scan of a sensor that turns while the robot moves: every beam has a bearing and a pose of its

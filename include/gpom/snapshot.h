@@ -19,8 +19,8 @@
 extern "C" {
 #endif
 
-/** Version of stored maps; others are refused. */
-#define GPOM_MAP_FORMAT 2u
+/** Version of stored maps. The one before is read, too; others are refused. */
+#define GPOM_MAP_FORMAT 3u
 
 /** All that is written and read comes in blocks of this size, at multiples of it. */
 #define GPOM_SNAPSHOT_BLOCK_BYTES 512u
@@ -134,7 +134,7 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_read_begin(gpom_snapshot_t *
  *  goes on in the same way each time.
  *
  *  Errors  GPOM_ERR_ARG (not begun, another map, or a call changed it since its beams are being
- *          read), GPOM_ERR_FORMAT: neither slot holds a whole snapshot of this version. The map is
+ *          read), GPOM_ERR_FORMAT: neither slot holds a whole snapshot of known format. The map is
  *          as it was; empty if bytes changed between two reads or a forged snapshot repeats an id.
  *  Cost    per block as for writing, and 26 log2(beam_max) comparisons; the last one
  *          O(low-resolution cells), as gpom_map_clear(). */

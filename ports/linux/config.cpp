@@ -155,11 +155,21 @@ void read_masks(const TomlTable &table, SensorConfig &config)
     }
 }
 
+/// True if readings of a kind stand for "no return" and are not just ignored.
+bool is_no_return(const TomlTable &table, const char *key)
+{
+    const std::string meaning = table.has(key) ? table.word(key) : "ignore";
+    if (meaning != "ignore" && meaning != "no_return") {
+        table.fail(key, std::string(key) + ": \"" + meaning + "\" is not one of ignore, no_return");
+    }
+    return meaning == "no_return";
+}
+
 void read_sensor(const TomlTable &table, SensorConfig &config)
 {
     table.refuse_keys_beyond({"channel", "type", "id", "mount", "range_min_m", "range_max_m",
                               "range_sd_m", "upside_down", "masks", "latency_s", "gap_max_s",
-                              "no_return"},
+                              "no_return", "zero", "too_near"},
                              "; remove it");
     config.type = type_of(table, "type", kScanTypes);
     const bool is_own = config.type == ScanType::gpom_scan;
@@ -175,7 +185,8 @@ void read_sensor(const TomlTable &table, SensorConfig &config)
         config.sensor.y_m = mount[1];
         config.sensor.yaw_rad = mount[2];
     }
-    const double range_min_m = number_or(table, "range_min_m", 0.0, {0.0, GPOM_REACH_M});
+    const double range_min_m =
+        number_or(table, "range_min_m", double{config.sensor.range_min_m}, {0.0, GPOM_REACH_M});
     const double range_max_m = number_in(table, "range_max_m", {1e-3, GPOM_REACH_M});
     if (!(range_max_m > range_min_m)) {
         table.fail("range_max_m", "range_max_m: must be over range_min_m");
@@ -190,6 +201,10 @@ void read_sensor(const TomlTable &table, SensorConfig &config)
         table.fail("no_return", "no_return: \"" + no_return + "\" is not one of free, ignore");
     }
     config.ignores_no_return = no_return == "ignore";
+    const bool is_zero = is_no_return(table, "zero");
+    const bool is_too_near = is_no_return(table, "too_near");
+    config.sensor.zero_is_no_return = is_zero && !config.ignores_no_return ? 1 : 0;
+    config.sensor.too_near_is_no_return = is_too_near && !config.ignores_no_return ? 1 : 0;
     config.latency_us = seconds_or(table, "latency_s", 0.0, {-10.0, 10.0});
     config.gap_max_us = seconds_or(table, "gap_max_s", 1.0, {1e-3, 3600.0});
     read_masks(table, config);

@@ -222,6 +222,23 @@ def test_every_range_of_an_inserted_scan_is_in_one_counter_of_beams(start, peer)
     assert 0 < counts["kept_evicted"] < counts["beams_hit"]
 
 
+@pytest.mark.parametrize("fields, no_return, nan, not_positive, too_near", [
+    ("", 0, 0, 1, 1),
+    ('zero = "no_return"', 1, 0, 0, 1),
+    ('too_near = "no_return"', 1, 0, 1, 0),
+    ('zero = "no_return"\ntoo_near = "no_return"\nno_return = "ignore"', 0, 0, 1, 1)])
+def test_what_readings_of_0_and_near_ones_mean_is_configured(
+        fields, no_return, nan, not_positive, too_near, start, peer):
+    start(sensors='[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0\n' + fields)
+    watch = Watch(URL)
+    wait_until(watch, lambda: watch.status is not None)
+    ranges = [8.0] * (N_BEAMS - 2) + [0.0, 0.007]
+    watch.bus.publish("GPOM_SCAN", encoded(scan(peer, 0, ranges=ranges)))
+    counts = wait_for_status(watch, scans_inserted=1, beams_hit=N_BEAMS - 2)["counts"]
+    assert [counts[f"beams_{name}"] for name in ("no_return", "nan", "not_positive", "too_near")
+            ] == [no_return, nan, not_positive, too_near]
+
+
 def test_each_sensor_of_a_channel_has_its_mount_masks_and_latency(start, peer):
     """A wall 8 m ahead of one at the front that looks left, and of one upside down at the back."""
     sensor = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0\n'

@@ -133,6 +133,8 @@ SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
      "sensor[0].masks: each must be [from, to], bearings in rad"),
     ({"sensors": SENSOR + "\nmount = [0, 0]"}, 6, "sensor[0].mount: must be a list of 3 finite "
      "numbers"),
+    ({"sensors": SENSOR + '\nzero = "free"'}, 6, 'sensor[0].zero: "free" is not one of ignore, '
+     "no_return"),
     ({"sensors": SENSOR + "\nrange_min_m = 40"}, 5, "sensor[0].range_max_m: must be over "
      "range_min_m"),
     ({"rest": '[jump]\nrule = "wipe"'}, 19, 'jump.rule: "wipe" is not one of none, keep, forget, '

@@ -58,7 +58,8 @@ def event_log(n=2):
 
 
 @pytest.mark.parametrize("content, options, text", [
-    ("", [], "log:1: no scans in this file; need CSV scans or CARMEN FLASER lines"),
+    ("", [], "log:1: no scans in this file; need CSV scans or CARMEN FLASER, "
+     "ROBOTLASER or RAWLASER lines"),
     ("what is this", [], "log:1: scan has 1 fields; need t,x,y,theta"),
     (carmen_log(), ["--channel", "A"], "--channel: only for an LCM event log"),
     (carmen_log(), ["--family", "ros"], "--family: ros not in {gpom,bot_core,mbot}"),

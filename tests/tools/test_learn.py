@@ -1,4 +1,5 @@
 """gpom-learn end to end: what it learns is good elsewhere too, files whole, bad input."""
+import csv
 import json
 import pathlib
 import re
@@ -55,7 +56,8 @@ def town(run, tmp_path_factory):
 def csail(run, log, tmp_path_factory):
     """Folder, arguments and stdout of learning on csail with the library's present model."""
     folder = tmp_path_factory.mktemp("csail")
-    arguments = ("--scans", log("csail.log.gz"), "--kernel", "matern12", "--model", "noise")
+    arguments = ("--scans", log("csail.log.gz"), "--kernel", "matern12", "--model", "noise",
+                 "--fraction", 0.04)
     done = run("gpom-learn", *arguments, "--out", folder / "p.toml", "--header",
                folder / "learnt.h", "--record", folder / "learnt.bin")
     assert done.returncode == 0, done.stderr
@@ -74,7 +76,7 @@ def test_learnt_figures_are_those_of_the_map_on_other_beams(run, log, csail):
     auc, _, nll, ece, p0 = held_out(stdout, "matern12")
     # Other scans and other points: a fifth of a log's scans spreads by a few hundredths.
     assert abs(gp["auc"] - auc) < 0.01 and abs(gp["nll"] - nll) < 0.05
-    assert gp["auc"] > 0.993 and gp["nll"] < 0.095 and gp["ece"] < 0.02 and ece < 0.03
+    assert gp["auc"] > 0.96 and gp["nll"] < 0.23 and gp["ece"] < 0.025 and ece < 0.03
     assert 0.35 <= p0 <= 0.65
 
 
@@ -99,7 +101,7 @@ def test_learning_against_truth_is_good_on_a_street_it_never_saw(run, town, tmp_
                                                    ("nn", ["--composite"], 0.97)])
 def test_marginal_likelihood_gives_a_map_that_ranks(run, log, tmp_path, kernel, more, auc_min):
     done = run("gpom-learn", "--scans", log("csail.log.gz"), "--out", tmp_path / "p.toml",
-               "--kernel", kernel, "--method", "lml", *more)
+               "--kernel", kernel, "--method", "lml", "--fraction", 0.04, *more)
     assert done.returncode == 0, done.stderr
     assert held_out(done.stdout, kernel)[0] > auc_min
     table = table_of(tmp_path / "p.toml")
@@ -122,26 +124,52 @@ def test_the_paper_s_model_has_one_noise_and_no_additions(run, log, tmp_path):
     assert params.sn2_free == params.sn2 >= 0.99e-2 * params.sf2
 
 
-def test_live_learns_the_greatest_noise_seen_once_that_live_maps_bear(run, log, csail, tmp_path):
-    """By gpom-live on the same splits: within .5 % of the least of the NLL that is printed."""
-    _, arguments, _ = csail
-    done = run("gpom-learn", *arguments, "--live", "--out", tmp_path / "p.toml")
+def live_nll(run, log, params, *more):
+    done = run("gpom-live", "judge", "--scans", log("csail.log.gz"), "--params", params,
+               "--seed", 7, *more)
     assert done.returncode == 0, done.stderr
-    table = table_of(tmp_path / "p.toml")
-    lines = re.findall(r"^ *([\d.]+) sn2 +([\d.]+)(.*)$", done.stdout, re.MULTILINE)
-    nll = {float(factor): float(value) for factor, value, _ in lines}
-    chosen, = (float(factor) for factor, _, mark in lines if "written" in mark)
-    assert table["sn2_once"] == pytest.approx(chosen * table["sn2"], rel=1e-5)
-    assert chosen > 1 and nll[chosen] <= 1.005 * min(nll.values()) + 1e-4
-    assert all(value > 1.005 * min(nll.values()) - 1e-4
-               for factor, value in nll.items() if factor > chosen)
-    judged = []
-    for seed in range(1000, 1004):
-        done = run("gpom-live", "judge", "--scans", log("csail.log.gz"), "--params",
-                   tmp_path / "p.toml", "--seed", seed)
+    return json.loads(done.stdout)["live"]["nll"]
+
+
+def test_learning_is_for_a_live_map_of_all_beams_unless_a_share_is_asked_for(run, log, tmp_path):
+    """On a live map its own parameters beat those of a thinned map that keeps all it gets."""
+    arguments = ("--scans", log("csail.log.gz"), "--kernel", "matern12", "--model",
+                 "noise,anisotropy,vote,line", "--training-of", 7)
+    for name, more in (("live", ()), ("thin", ("--fraction", 0.04))):
+        done = run("gpom-learn", *arguments, *more, "--out", tmp_path / f"{name}.toml")
         assert done.returncode == 0, done.stderr
-        judged.append(json.loads(done.stdout)["live"]["nll"])
-    assert sum(judged) / len(judged) == pytest.approx(nll[chosen], abs=1e-4)
+    live, thin = tmp_path / "live.toml", tmp_path / "thin.toml"
+    assert "For live maps of all beams, keep_m = 0.05" in live.read_text(encoding="utf-8")
+    assert "keep all of their beams, 4 % of" in thin.read_text(encoding="utf-8")
+    assert table_of(live)["sn2_once"] > table_of(live)["sn2"]
+    assert "sn2_once" not in table_of(thin)
+    assert live_nll(run, log, live) < 0.9 * live_nll(run, log, thin)
+
+
+def test_a_value_at_the_edge_of_its_search_is_a_warning_with_what_to_do(run, log, tmp_path):
+    done = run("gpom-learn", "--scans", log("csail.log.gz"), "--kernel", "matern12",
+               "--ell-max", 0.2, *QUICK, "--out", tmp_path / "p.toml")
+    assert done.returncode == 0, done.stderr
+    assert "warning: ell_m ended at its longest" in done.stderr and "--ell-max" in done.stderr
+    assert "Warning: ell_m" in (tmp_path / "p.toml").read_text(encoding="utf-8")
+
+
+def test_the_more_free_places_count_the_more_of_the_map_is_free(run, log, tmp_path):
+    for weight in (1, 2):
+        done = run("gpom-learn", "--scans", log("seattle.log.gz"), "--kernel", "matern12",
+                   "--model", "noise,line", "--points", 2000, "--free-weight", weight,
+                   "--out", tmp_path / f"{weight}.toml")
+        assert done.returncode == 0, done.stderr
+        done = run("gpom-query", "--scans", log("seattle.log.gz"), "--live", "--params",
+                   tmp_path / f"{weight}.toml", "--raster", "-20,-20,0.1,400,400",
+                   "--out", tmp_path / f"{weight}.csv")
+        assert done.returncode == 0, done.stderr
+    free = []
+    for weight in (1, 2):
+        with open(tmp_path / f"{weight}.csv", encoding="utf-8") as file:
+            lines = [line for line in file if not line.startswith("#")]
+        free.append(sum(float(row["probability"]) <= 0.5 for row in csv.DictReader(lines)))
+    assert free[0] < free[1]
 
 
 # ---- files --------------------------------------------------------------------------------------
@@ -215,7 +243,8 @@ def test_the_header_gives_firmware_the_same_numbers(tool, csail, compiler):
     (["--fix", "fade_m=0.01"], "fade_m: must be"),
     (["--fix", "gap_m=0.1,depth_m=9"], "depth_m: must be"),
     (["--points", "many"], "--points"),
-    (["--live", "--truth", "a.pgm"], "--live: not with --truth"),
+    (["--method", "lml"], "give --fraction"),
+    (["--keep", 0.1, "--fraction", 0.04], "--keep: of live maps alone"),
 ])
 def test_bad_arguments_are_one_line_and_nothing_is_written(run, street, tmp_path, more, complaint):
     out = tmp_path / "p.toml"

@@ -69,6 +69,13 @@ def judged(run, scans, preset, *more):
     return figures(run, "judge", "--scans", scans, "--params", PARAMS / f"{preset}.toml", *more)
 
 
+def evaluated(run, folder, mode, scans, seed, *more):
+    done = run("gpom-eval", mode, "--scans", scans, "--params", PARAMS / "street.toml", "--seed",
+               seed, "--rivals", "off", "--json", folder / "eval.json", *more)
+    assert done.returncode == 0, done.stderr
+    return json.loads((folder / "eval.json").read_text(encoding="utf-8"))
+
+
 def judged_seeds(run, scans, preset, *more):
     return [judged(run, scans, preset, "--seed", seed, *more) for seed in range(3)]
 
@@ -97,6 +104,42 @@ def test_kept_beams_know_more_than_as_many_drawn_at_random(run, log, name):
         live, drawn = ([mean_of(reports, *where, who, figure) for figure in ("auc", "nll")]
                        for who in ("live", "random"))
         assert live[0] > drawn[0] and live[1] < drawn[1], where
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_map_of_every_beam_is_judged_as_gpom_eval_judges_it(run, street, tmp_path, seed):
+    """With next to no spacing all returns are kept: "random" is then the map of the whole split,
+    and points, band and profile are those of the same held-out beams."""
+    report = judged(run, street, "street", "--seed", seed, "--keep", 0.001, "--clear-scans", 0)
+    expected = evaluated(run, tmp_path, "log", street, seed, "--range-max", 49, "--fraction", 0.9)
+    method = expected["methods"][0]
+    assert report["random"]["kept"] == expected["beams"] == report["live"]["kept"]
+    assert report["random"]["nll"] == method["all"]["nll"]
+    assert report["random"]["band"] == method["band"]
+    assert report["random"]["profile"] == method["profile"]
+    held_out = report["random"]["profile"]["rows"][6]["places"]
+    assert held_out == pytest.approx(expected["beams"] / 9, rel=0.2)
+
+
+def test_a_street_is_judged_across_the_surface_that_gpom_eval_finds(run, street, tmp_path):
+    truth = street.with_name("truth.pgm")
+    rows = judged(run, street, "street", "--truth", truth)["live"]["profile"]["rows"]
+    expected = evaluated(run, tmp_path, "street", street, 0, "--truth", truth)
+    for row, other in zip(rows, expected["methods"][0]["profile"]["rows"], strict=True):
+        assert (row["offset_m"], row["places"]) == (other["offset_m"], other["places"])
+
+
+def test_the_live_map_has_a_band_and_a_profile_of_its_own(run, log):
+    report = judged(run, log("seattle.log.gz"), "indoor")
+    rows = {who: report[who]["profile"]["rows"] for who in ("live", "random")}
+    assert [row["offset_m"] for row in rows["live"]] == [-1.0, -0.5, -0.3, -0.2, -0.1, -0.05, 0.0,
+                                                         0.05, 0.1, 0.2]
+    assert [row["places"] for row in rows["live"]] == [row["places"] for row in rows["random"]]
+    assert rows["live"] != rows["random"]
+    for who in rows:
+        assert report[who]["band"]["nll"] > report[who]["nll"]  # the hardest places
+        assert report["unchanged"][who]["band"]["points"] < report[who]["band"]["points"]
+        assert "profile" not in report["unchanged"][who]
 
 
 @pytest.mark.parametrize("name", ["csail", "campus-west"])

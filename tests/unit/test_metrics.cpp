@@ -137,6 +137,22 @@ TEST_CASE("calibration error weighs the bins by their points")
     CHECK(m.share_occupied == 0.25);
 }
 
+TEST_CASE("calibration alone is that of the whole measure, and of one kind of point, too")
+{
+    const auto predictions = random_predictions(4, 500, 0);
+    const Metrics whole = gpom_tools::measure(predictions);
+    const gpom_tools::Calibration alone = gpom_tools::measure_calibration(predictions);
+    CHECK(alone.n_points == whole.n_points);
+    CHECK(alone.share_occupied == whole.share_occupied);
+    CHECK(alone.nll == doctest::Approx(whole.nll).epsilon(1e-12));
+    CHECK(alone.calibration_error == doctest::Approx(whole.calibration_error).epsilon(1e-12));
+    const auto free = gpom_tools::measure_calibration({{0.2, false}, {0.4, false}});
+    CHECK(free.nll == doctest::Approx(-0.5 * (std::log(0.8) + std::log(0.6))));
+    CHECK(free.calibration_error == doctest::Approx(0.3));
+    CHECK_THROWS_AS(gpom_tools::measure_calibration({}), std::runtime_error);
+    CHECK_THROWS_AS(gpom_tools::measure_calibration({{NAN, true}}), std::runtime_error);
+}
+
 // The stored curve must be short, rise from corner to corner, and keep the area.
 TEST_CASE("the thinned ROC curve keeps its ends, its order and its area")
 {

@@ -94,6 +94,24 @@ gpom_point_t along(const GridBeam &beam, double way_m, double across_m)
     return {beam.x_m + way_m * c - across_m * s, beam.y_m + way_m * s + across_m * c};
 }
 
+/// Probability of a cell that one widened beam alone has reached, or not.
+double widened(const GridBeam &beam, gpom_point_t centre, double cell_m, const GridModel &model)
+{
+    const double dx_m = centre.x_m - beam.x_m, dy_m = centre.y_m - beam.y_m;
+    const double along_m = dx_m * std::cos(beam.bearing_rad) + dy_m * std::sin(beam.bearing_rad);
+    const double across_m = dy_m * std::cos(beam.bearing_rad) - dx_m * std::sin(beam.bearing_rad);
+    const double way_m = std::hypot(dx_m, dy_m), half_diagonal_m = cell_m / std::sqrt(2.0);
+    const double width_m = std::max(0.5 * cell_m, along_m * std::tan(beam.half_width_rad));
+    const double evidence = 1.0 - across_m * across_m / (width_m * width_m);
+    const bool at_arc = beam.hit && way_m >= beam.range_m - half_diagonal_m;
+    const double end_m = beam.hit ? beam.range_m + half_diagonal_m : beam.range_m;
+    if (evidence <= 0.0 || along_m < -0.5 * cell_m || way_m > end_m) {
+        return 0.5;
+    }
+    const double p = at_arc ? model.p_hit : model.p_miss;
+    return 1.0 / (1.0 + std::pow((1.0 - p) / p, evidence));
+}
+
 Scan scan_of(std::vector<float> ranges_m)
 {
     return {0.0, 1.0, 2.0, 0.5, -0.25, 0.25, 30.0, std::move(ranges_m)};
@@ -185,6 +203,28 @@ TEST_CASE("a widened beam covers its cone, weaker away from the axis, and no mor
     }
 }
 
+// The formula of insert_wide(), for each cell of the raster.
+TEST_CASE("a widened beam changes just the cells that its description names")
+{
+    std::mt19937 bits(3);
+    const GridModel model;
+    for (int i = 0; i < 60; ++i) {
+        const double quarter_rad = 0.5 * std::acos(-1.0);
+        const double bearing_rad =
+            i < 8 ? i * quarter_rad : static_cast<double>(bits() % 6283) * 1e-3;
+        GridBeam beam = beam_at(bearing_rad, 0.5 + 0.17 * (i % 40), i % 3 != 0);
+        beam.half_width_rad = 0.3 * (i % 4);
+        OccupancyGrid grid(kRaster, model);
+        grid.insert_wide(beam);
+        for (std::uint32_t n = 0; n < kRaster.nx * kRaster.ny; ++n) {
+            const gpom_point_t centre = {kRaster.x0_m + (n % kRaster.nx + 0.5) * kRaster.cell_m,
+                                         kRaster.y0_m + (n / kRaster.nx + 0.5) * kRaster.cell_m};
+            CHECK(grid.probability(centre) ==
+                  doctest::Approx(widened(beam, centre, kRaster.cell_m, model)).epsilon(1e-5));
+        }
+    }
+}
+
 // However far from the axis' direction the cells lie: no gap, even with no width at all.
 TEST_CASE("a widened beam of no width still leaves no gap along its way")
 {
@@ -242,7 +282,7 @@ TEST_CASE("beams are returns up to the maximum range, and bad readings are none"
     CHECK(beams[2].range_m == 30.0);
 }
 
-// Training and held-out beams share nothing, and all test points come from held-out beams.
+// Training and held-out beams share nothing.
 TEST_CASE("a log is split into beams for the map and beams to judge it")
 {
     std::vector<Scan> scans(200, scan_of({0.04f, 4.0f, 5.0f, 30.0f, 6.0f, 7.0f, 8.0f}));
@@ -261,13 +301,48 @@ TEST_CASE("a log is split into beams for the map and beams to judge it")
     CHECK(n_training > 200);
     CHECK(n_training < 300);
     REQUIRE(split.points.size() == n_others / 2 * 2);
-    for (const TestPoint &point : split.points) {
-        const double way_m = std::hypot(point.at.x_m - 1.0, point.at.y_m - 2.0);
-        const double past_return_m = way_m - std::floor(way_m);
-        CHECK((point.occupied ? std::abs(past_return_m - 0.05) < 1e-6 : way_m <= 7.7 + 1e-6));
-    }
     CHECK_THROWS_AS(split_log(scans, 0.0, 3), std::runtime_error);
     CHECK_THROWS_AS(split_log(scans, 1.0, 3), std::runtime_error);
+}
+
+// A beam of scan_of() is told by its bearing.
+TEST_CASE("a log's test points reach up to the return, half of the free ones in the band")
+{
+    const std::vector<float> ranges_m{4.0f, 5.0f, 6.0f, 7.0f, 8.0f, 0.3f};
+    const LogSplit split = split_log(std::vector<Scan>(400, scan_of(ranges_m)), 0.25, 3);
+    double n_free = 0.0, n_band = 0.0, n_last = 0.0, before_expected = 0.0;
+    for (const TestPoint &point : split.points) {
+        const double dx_m = point.at.x_m - 1.0, dy_m = point.at.y_m - 2.0;
+        const auto i =
+            static_cast<std::size_t>(std::lround((std::atan2(dy_m, dx_m) - 0.25) / 0.25));
+        REQUIRE(i < ranges_m.size());
+        const double before_m = double{ranges_m[i]} - std::hypot(dx_m, dy_m);
+        CHECK(point.in_band == (std::abs(before_m) <= kBand));
+        if (point.occupied) {
+            CHECK(before_m == doctest::Approx(-0.05).epsilon(1e-6));
+            continue;
+        }
+        CHECK(before_m >= 0.05 - 1e-6);
+        CHECK(before_m <= double{ranges_m[i]});
+        n_free += 1.0;
+        n_band += point.in_band ? 1.0 : 0.0;
+        n_last += before_m < 0.275 ? 1.0 : 0.0;
+        before_expected += ranges_m[i] < 1.0f ? 1.0 : 0.5 + 0.5 * 0.45 / (ranges_m[i] - 0.05f);
+    }
+    CHECK(n_band / n_free == doctest::Approx(before_expected / n_free).epsilon(0.05));
+    CHECK(n_last / n_band > 0.45); // as many in either half of the band; the short beam has one
+    CHECK(n_last / n_band < 0.75);
+}
+
+TEST_CASE("free points lie between the sensor and 5 cm before the return, however short the beam")
+{
+    CHECK(free_distance(4.0, false, 0.0) == 0.0);
+    CHECK(free_distance(4.0, false, 1.0) == doctest::Approx(3.95));
+    CHECK(free_distance(4.0, true, 0.0) == doctest::Approx(3.5));
+    CHECK(free_distance(4.0, true, 1.0) == doctest::Approx(3.95));
+    CHECK(free_distance(0.3, true, 0.0) == 0.0);
+    CHECK(free_distance(0.3, true, 1.0) == doctest::Approx(0.25));
+    CHECK(free_distance(0.04, false, 1.0) == 0.0);
 }
 
 TEST_CASE("at most n scans are taken, evenly, with the first and the last")

@@ -62,8 +62,7 @@ TEST_CASE("default parameters are accepted")
     CHECK(problem == nullptr);
     CHECK(p.kernel == GPOM_KERNEL_MATERN12);
     CHECK(p.frame == GPOM_FRAME_QUERY);
-    CHECK(p.sf2 == 1.0f);
-    CHECK(p.sn2_free == p.sn2);
+    CHECK(p.sf2 == 13.0f);
     CHECK(p.n_hits == 8);
     CHECK(p.n_free == 8);
     for (const gpom_kernel_t which : kKernels) {
@@ -131,6 +130,20 @@ TEST_CASE("each refused setting names its field")
     check_refused({"fade_m", any, [](gpom_params_t &p) {
                        p.frame = GPOM_FRAME_MAP;
                        p.fade_m = 20.0f;
+                   }});
+    for (const float bad : {-2e6f, kInf, kNan, 1.0f}) { // the last only for want of fade_m
+        check_refused({"beta_far", any, [bad](gpom_params_t &p) { p.beta_far = bad; }});
+    }
+    for (const float bad : {-30.0f, 30.0f}) {
+        check_refused({"beta", any, [bad](gpom_params_t &p) {
+                           p.fade_m = 20.0f;
+                           p.beta_far = bad; // unseen places would be free or occupied
+                       }});
+    }
+    check_refused({"fading", any, [](gpom_params_t &p) { p.n_fading = p.n_hits; }});
+    check_refused({"fading", any, [](gpom_params_t &p) {
+                       p.n_free = 3;
+                       p.n_fading = 3;
                    }});
     for (const float bad : {-1.0f, 2e6f, kInf, kNan}) {
         check_refused({"sn2_once", any, [bad](gpom_params_t &p) { p.sn2_once = bad; }});

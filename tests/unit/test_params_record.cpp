@@ -27,6 +27,7 @@ gpom_params_t busy_params()
     p.n_free = 7;
     p.scan_points_max = 3;
     p.depth_m = 0.5f;
+    p.sf2 = 1.0f;
     p.anisotropy = 0.75f;
     p.vote = -1.5f;
     p.log_hit_first = 0.001f;
@@ -35,6 +36,9 @@ gpom_params_t busy_params()
     p.log_free_last = -0.004f;
     p.fade_m = 21.0f;
     p.sn2_once = 0.375f;
+    p.n_fading = 5;
+    p.beta_far = 0.0625f;
+    p.line = 1.0f;
     return p;
 }
 
@@ -88,6 +92,9 @@ TEST_CASE("a record gives back the parameters it was made of")
     CHECK(read.log_free_last == p.log_free_last);
     CHECK(read.fade_m == p.fade_m);
     CHECK(read.sn2_once == p.sn2_once);
+    CHECK(read.n_fading == p.n_fading);
+    CHECK(read.beta_far == p.beta_far);
+    CHECK(read.line == p.line);
 }
 
 // The layout is fixed on every processor: magic, version, and fields low byte first.
@@ -95,10 +102,13 @@ TEST_CASE("a record has a fixed layout")
 {
     const std::vector<std::uint8_t> record = record_of(busy_params());
     const std::vector<std::uint8_t> head = {
-        'G', 'P', 'M', 'P', 3, 0, GPOM_KERNEL_ASKEY, GPOM_FRAME_QUERY, 12, 0, 7, 0, 3, 0};
+        'G', 'P', 'M', 'P', 4, 0, GPOM_KERNEL_ASKEY, GPOM_FRAME_QUERY, 12, 0, 7, 0, 3, 0};
     CHECK(std::equal(head.begin(), head.end(), record.begin()));
     const std::vector<std::uint8_t> one = {0x00, 0x00, 0x80, 0x3f}; // sf2 = 1
     CHECK(std::equal(one.begin(), one.end(), record.begin() + 14));
+    const std::vector<std::uint8_t> last = {5,    0,    0x00, 0x00, 0x80, 0x3d, // beta_far = 1 / 16
+                                            0x00, 0x00, 0x80, 0x3f};            // line = 1
+    CHECK(std::equal(last.begin(), last.end(), record.end() - 14));
     std::vector<std::uint8_t> mended = record;
     mend_crc(mended);
     CHECK(mended == record);
@@ -127,13 +137,35 @@ TEST_CASE("a damaged or cut record is refused")
     CHECK(load(longer, problem) == GPOM_ERR_FORMAT);
 }
 
-// Another version is refused by name even if its checksum fits, whatever its length: each version
-// before was four bytes shorter than the next.
+// What was stored before this version has the same fields but for the last, which are neutral.
+TEST_CASE("a record of the version before is read, and new fields are neutral")
+{
+    gpom_params_t p = busy_params();
+    std::vector<std::uint8_t> record = record_of(p);
+    record.resize(98);
+    record[4] = 3;
+    mend_crc(record);
+    gpom_params_t read;
+    CHECK(gpom_params_load(&read, record.data(), record.size(), nullptr) == GPOM_OK);
+    CHECK(read.n_fading == 0);
+    CHECK(read.beta_far == 0.0f);
+    CHECK(read.line == 0.0f);
+    p.n_fading = 0;
+    p.beta_far = 0.0f;
+    p.line = 0.0f;
+    CHECK(record_of(read) == record_of(p));
+    record.resize(GPOM_PARAMS_RECORD_BYTES);
+    mend_crc(record);
+    std::string problem;
+    CHECK(load(record, problem) == GPOM_ERR_FORMAT); // not of the size of its version
+}
+
+// Another version is refused by name even if its checksum fits, whatever its length.
 TEST_CASE("a record of another version is refused")
 {
-    for (const std::uint8_t version : {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{4}}) {
+    for (const std::uint8_t version : {std::uint8_t{1}, std::uint8_t{2}, std::uint8_t{5}}) {
         std::vector<std::uint8_t> record = record_of(busy_params());
-        record.resize(record.size() - (version < 3 ? 4u * (3u - version) : 0u));
+        record.resize(version == 1 ? 90u : version == 2 ? 94u : record.size());
         record[4] = version;
         mend_crc(record);
         std::string problem;

@@ -67,6 +67,8 @@ gpom_params_t with_additions(gpom_params_t p)
     p.log_free_first = 0.1f;
     p.log_free_last = -0.05f;
     p.fade_m = p.frame == GPOM_FRAME_MAP ? 0.0f : 9.0f;
+    p.beta_far = p.frame == GPOM_FRAME_MAP ? 0.0f : 0.2f;
+    p.n_fading = 3;
     return p;
 }
 

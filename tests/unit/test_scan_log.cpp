@@ -1,9 +1,9 @@
 // Scan and truth files: what is written reads back the same, what is broken is refused by line.
+#include "tests/unit/log_files.hpp"
 #include "tools/lib/scan_log.hpp"
 #include "tools/lib/truth.hpp"
 
 #include <doctest/doctest.h>
-#include <zlib.h>
 
 #include <cmath>
 #include <cstring>
@@ -19,38 +19,6 @@ using namespace gpom_tools;
 
 namespace
 {
-
-namespace fs = std::filesystem;
-
-/// A new folder, gone with its contents at the end of the test.
-struct Folder {
-    fs::path path;
-
-    Folder()
-    {
-        std::string name = (fs::temp_directory_path() / "gpom-test-XXXXXX").string();
-        REQUIRE(mkdtemp(name.data()) != nullptr);
-        path = name;
-    }
-    ~Folder() { fs::remove_all(path); }
-    Folder(const Folder &) = delete;
-    Folder &operator=(const Folder &) = delete;
-
-    std::string file(const std::string &name, const std::string &bytes) const
-    {
-        const std::string full = (path / name).string();
-        std::ofstream(full, std::ios::binary) << bytes;
-        return full;
-    }
-    std::string gz(const std::string &name, const std::string &bytes) const
-    {
-        const std::string full = (path / name).string();
-        const gzFile out = gzopen(full.c_str(), "wb");
-        gzwrite(out, bytes.data(), static_cast<unsigned>(bytes.size()));
-        gzclose(out);
-        return full;
-    }
-};
 
 std::string bytes_of(const std::string &path)
 {
@@ -78,8 +46,8 @@ std::vector<Scan> random_scans()
     std::uniform_real_distribution<double> number(-1e4, 1e4);
     std::vector<Scan> scans(50);
     for (Scan &scan : scans) {
-        scan = {number(bits), number(bits), number(bits), number(bits),
-                number(bits), number(bits), 34.0,         {}};
+        scan = {number(bits), number(bits),        number(bits), number(bits),
+                number(bits), number(bits) * 1e-5, 34.0,         {}};
         for (int i = 0; i < 20; ++i) {
             scan.ranges_m.push_back(static_cast<float>(number(bits)));
         }
@@ -91,16 +59,6 @@ std::vector<Scan> random_scans()
 }
 
 const std::string kGoodLine = "0,1,2,0.5,-1.5,0.1,34,3,inf,nan,0,-1\n";
-
-/// A FLASER line of n ranges, 1 2 3 ..., at a time.
-std::string flaser(int n, const std::string &time)
-{
-    std::string line = "FLASER " + std::to_string(n);
-    for (int i = 0; i < n; ++i) {
-        line += " " + std::to_string(i + 1);
-    }
-    return line + " 10 20 0.5 11 21 0.6 " + time + " host 99\n";
-}
 
 /// The line of the FileError that reading throws; -1 if it throws none.
 template <typename Read> int error_line(const Read &read, const std::string &path)
@@ -118,7 +76,7 @@ template <typename Read> int error_line(const Read &read, const std::string &pat
 
 int scan_error_line(const std::string &path)
 {
-    return error_line([](const std::string &p) { read_scans(p, {}); }, path);
+    return error_line([](const std::string &p) { read_scan_log(p, {}); }, path);
 }
 
 int truth_error_line(const std::string &path)
@@ -137,7 +95,9 @@ TEST_CASE("scans read back with the same bits")
     const std::vector<Scan> scans = random_scans();
     write_scans_csv(path, scans, "two\nlines");
     CHECK(bytes_of(path).rfind("# two\n# lines\n", 0) == 0);
-    const std::vector<Scan> read = read_scans(path, {});
+    ReadOptions all;
+    all.range_min_m = 0.0;
+    const std::vector<Scan> read = read_scan_log(path, all).scans;
     REQUIRE(read.size() == scans.size());
     for (std::size_t i = 0; i < scans.size(); ++i) {
         CHECK(same_scan(read[i], scans[i]));
@@ -148,8 +108,8 @@ TEST_CASE("gzipped and plain files of either format read the same")
 {
     const Folder folder;
     for (const std::string &text : {kGoodLine + kGoodLine, flaser(180, "1") + flaser(180, "2")}) {
-        const std::vector<Scan> plain = read_scans(folder.file("plain", text), {});
-        const std::vector<Scan> zipped = read_scans(folder.gz("zipped", text), {});
+        const std::vector<Scan> plain = read_scan_log(folder.file("plain", text), {}).scans;
+        const std::vector<Scan> zipped = read_scan_log(folder.gz("zipped", text), {}).scans;
         REQUIRE(plain.size() == 2);
         REQUIRE(zipped.size() == 2);
         CHECK(same_scan(plain[0], zipped[0]));
@@ -157,12 +117,12 @@ TEST_CASE("gzipped and plain files of either format read the same")
     }
 }
 
-TEST_CASE("CSV: comments, blank lines, blanks, CR LF and a missing last newline are fine")
+TEST_CASE("CSV: comments, blank lines, blanks and CR LF are fine")
 {
     const Folder folder;
     const std::string text = "# c\xc3\xa9\n\n  \n0, 1,2,0.5,-1.5,0.1,34,\t3\r\n  # more\n1" +
-                             kGoodLine.substr(1, kGoodLine.size() - 2);
-    const std::vector<Scan> scans = read_scans(folder.file("f", text), {});
+                             kGoodLine.substr(1) + "# end";
+    const std::vector<Scan> scans = read_scan_log(folder.file("f", text), {}).scans;
     REQUIRE(scans.size() == 2);
     CHECK(scans[0].ranges_m == std::vector<float>{3.0f});
     CHECK(scans[1].t_s == 1.0);
@@ -182,7 +142,7 @@ TEST_CASE("CARMEN: the first beam is at -90 degrees, steps are 1 or 0.5 degree b
     } cases[] = {{180, 1.0}, {181, 1.0}, {360, 0.5}, {361, 0.5}};
     for (const auto &c : cases) {
         const std::string text = "# comment\nPARAM a b\nODOM 1 2 3\n" + flaser(c.n, "5");
-        const Scan scan = read_scans(folder.file("f", text), ReadOptions{25.0})[0];
+        const Scan scan = read_scan_log(folder.file("f", text), ReadOptions{25.0}).scans[0];
         CHECK(scan.angle_min_rad == doctest::Approx(-90.0 * degree));
         CHECK(scan.angle_step_rad == doctest::Approx(c.step_degree * degree));
         CHECK(scan.range_max_m == 25.0);
@@ -195,21 +155,21 @@ TEST_CASE("CARMEN: the first beam is at -90 degrees, steps are 1 or 0.5 degree b
     }
 }
 
-TEST_CASE("CARMEN: times that go backwards or never advance give way to the index")
+TEST_CASE("CARMEN: sound times stay, times that never advance give way to the index")
 {
     const Folder folder;
     const struct {
         const char *times[3];
         double expected[3];
     } cases[] = {{{"5.5", "5.5", "7"}, {5.5, 5.5, 7.0}},
-                 {{"5", "7", "6"}, {0.0, 1.0, 2.0}},
+                 {{"5", "7", "6"}, {5.0, 7.0, 9.0}},
                  {{"0", "0", "0"}, {0.0, 1.0, 2.0}}};
     for (const auto &c : cases) {
         std::string text;
         for (const char *time : c.times) {
             text += flaser(3, time);
         }
-        const std::vector<Scan> scans = read_scans(folder.file("f", text), {});
+        const std::vector<Scan> scans = read_scan_log(folder.file("f", text), {}).scans;
         for (std::size_t i = 0; i < 3; ++i) {
             CHECK(scans[i].t_s == c.expected[i]);
         }
@@ -225,7 +185,7 @@ TEST_CASE("CARMEN: a log whose times have too few digits is numbered")
     for (int i = 0; i < 40; ++i) {
         text += flaser(3, i < 20 ? "9.77055e+08" : "9.77056e+08");
     }
-    const std::vector<Scan> scans = read_scans(folder.file("f", text), {});
+    const std::vector<Scan> scans = read_scan_log(folder.file("f", text), {}).scans;
     REQUIRE(scans.size() == 40);
     for (std::size_t i = 0; i < scans.size(); ++i) {
         CHECK(scans[i].t_s == static_cast<double>(i));
@@ -244,7 +204,7 @@ TEST_CASE("CARMEN: pairs of scans at equal times keep them, wherever the log was
                 times.push_back(7.5 + i / 2);
                 text += flaser(3, std::to_string(times.back()));
             }
-            const std::vector<Scan> scans = read_scans(folder.file("f", text), {});
+            const std::vector<Scan> scans = read_scan_log(folder.file("f", text), {}).scans;
             REQUIRE(scans.size() == times.size());
             for (std::size_t i = 0; i < scans.size(); ++i) {
                 CHECK(scans[i].t_s == times[i]);
@@ -281,6 +241,8 @@ TEST_CASE("each kind of broken scan file is refused with its line")
         {"y nan", "0,1,nan,0.5,-1.5,0.1,34,3\n", 1},
         {"theta inf", "0,1,2,-inf,-1.5,0.1,34,3\n", 1},
         {"angle_min nan", "0,1,2,0.5,nan,0.1,34,3\n", 1},
+        {"angle_step in degrees", "0,1,2,0.5,-9,3,34,1,2,3,4,5,6\n", 1},
+        {"clockwise, in degrees", kGoodLine + "0,1,2,0.5,9,-3,34,1,2,3,4,5,6\n", 2},
         {"angle_step inf", "0,1,2,0.5,-1.5,inf,34,3\n", 1},
         {"range_max zero", "0,1,2,0.5,-1.5,0.1,0,3\n", 1},
         {"range_max negative", kGoodLine + kGoodLine + "0,1,2,0.5,-1.5,0.1,-1,3\n", 3},
@@ -290,7 +252,7 @@ TEST_CASE("each kind of broken scan file is refused with its line")
         {"high bytes", kGoodLine + "\xff\xfe,1\n", 2},
         {"line without end", std::string(3u << 20, '1'), 1},
         {"FLASER alone", "FLASER\n", 1},
-        {"FLASER n zero", "FLASER 0 1 2 3 1 2 3 4 host 5\n", 1},
+        {"FLASER n zero alone", "FLASER 0 1 2 3 1 2 3 4 host 5\n", 2},
         {"FLASER n negative", "FLASER -3 1 2 3 1 2 3 1 2 3 4 host 5\n", 1},
         {"FLASER n absurd", flaser(3, "1") + "FLASER 10001 1 2 3\n", 2},
         {"FLASER n beyond int", "FLASER 99999999999 1 2 3\n", 1},
@@ -307,6 +269,59 @@ TEST_CASE("each kind of broken scan file is refused with its line")
     }
     CHECK(scan_error_line((folder.path / "missing").string()) == 0);
     CHECK(scan_error_line(folder.path.string()) == 1); // a folder
+}
+
+TEST_CASE("readings of 0 and too near ones are what the options say")
+{
+    const Folder folder;
+    const std::string path = folder.file("f", "0,0,0,0,0,0.1,30,0,0.01,0.02,-1,nan,7\n");
+    const auto read = [&](ReadOptions options) {
+        return read_scan_log(path, options).scans[0].ranges_m;
+    };
+    const std::vector<float> as_default = read({});
+    CHECK(as_default[0] == 0.0f);
+    CHECK(std::isnan(as_default[1]));
+    CHECK(as_default[2] == 0.02f);
+    CHECK(as_default[3] == -1.0f);
+    CHECK(std::isnan(as_default[4]));
+    CHECK(as_default[5] == 7.0f);
+    ReadOptions options;
+    options.range_min_m = 0.0;
+    options.is_too_near_no_return = true; // nothing is too near
+    CHECK(read(options)[1] == 0.01f);
+    options.range_min_m = 0.1;
+    CHECK(read(options)[0] == 0.0f);
+    CHECK(std::isinf(read(options)[1]));
+    CHECK(std::isinf(read(options)[2]));
+    CHECK(read(options)[3] == -1.0f);
+    options.is_zero_no_return = true;
+    CHECK(std::isinf(read(options)[0]));
+}
+
+TEST_CASE("a CSV file is refused at every length it can be cut to inside its last line")
+{
+    const Folder folder;
+    const std::string text = kGoodLine + "0,1,2,0.5,-1.5,0.1,34,12.5,10.25\n";
+    for (std::size_t n = kGoodLine.size() + 1; n < text.size(); ++n) {
+        CAPTURE(n);
+        CHECK(scan_error_line(folder.file("cut", text.substr(0, n))) == 2);
+    }
+    CHECK(scan_error_line(folder.file("whole", text)) == -1);
+}
+
+TEST_CASE("CSV: scans that have other numbers of ranges than nearly all the others are told")
+{
+    const Folder folder;
+    std::string text;
+    for (int i = 0; i < 10; ++i) {
+        text += kGoodLine;
+    }
+    const std::string longer = kGoodLine.substr(0, kGoodLine.size() - 1) + ",3\n";
+    CHECK(read_scan_log(folder.file("f", text), {}).notes.empty());
+    CHECK(read_scan_log(folder.file("f", text + longer), {}).notes ==
+          std::vector<std::string>{"1 of 11 scans do not have 5 ranges as the others do; the first "
+                                   "is scan 11, with 6: is the file cut there?"});
+    CHECK(read_scan_log(folder.file("f", longer + kGoodLine + longer), {}).notes.empty());
 }
 
 TEST_CASE("a gzipped log is refused at every length it can be truncated to")

@@ -204,7 +204,7 @@ TEST_CASE("a snapshot has a fixed layout")
     const std::size_t n_blocks = n_blocks_of(bytes);
     REQUIRE(n_blocks == n_in_block.size() + 1);
     for (std::uint8_t i = 0; i + 1u < n_blocks; ++i) {
-        const Bytes head = {'G', 'P', 'M', 'S', 2, 0, 0, n_in_block[i], 1, 0, 0, 0, 0,
+        const Bytes head = {'G', 'P', 'M', 'S', 3, 0, 0, n_in_block[i], 1, 0, 0, 0, 0,
                             0,   0,   0,   i,   0, 0, 0};
         CHECK(std::equal(head.begin(), head.end(), bytes.begin() + i * std::ptrdiff_t{kBlock}));
     }
@@ -502,6 +502,39 @@ TEST_CASE("a map with other hyperparameters takes the beams and says so")
     CHECK(read.status == GPOM_OK);
     CHECK(read.report.params_differ == 1);
     CHECK(beams_of(copy.get()).size() == beams_of(map.get()).size());
+}
+
+// A snapshot of the format before differs in the record of the hyperparameters alone, which had
+// fewer fields: 98 bytes behind the 72 of the commit.
+TEST_CASE("a snapshot of the format before is read")
+{
+    GPOM_TELL_SEED();
+    TestMap map(live_config(200));
+    go_on(map.get(), 300, 0, 3);
+    Medium medium(200);
+    REQUIRE(write_snapshot(map.get(), medium).status == GPOM_OK);
+    Bytes &slot = medium.slots[0];
+    const std::size_t n_blocks = n_blocks_of(slot);
+    for (std::size_t i = 0; i < n_blocks; ++i) {
+        set_number(slot, i * kBlock + 4, 2, 2);
+    }
+    const auto commit = slot.begin() + static_cast<std::ptrdiff_t>((n_blocks - 1) * kBlock);
+    const auto record = commit + 20 + 72;
+    const auto end = commit + kBlock - 4;
+    const auto record_end = record + GPOM_PARAMS_RECORD_BYTES;
+    std::copy(record_end, end, record + 98);
+    std::copy(record_end - 4, record_end, record + 94);
+    mend(slot, n_blocks);
+    for (const bool has_new : {false, true}) {
+        gpom_config_t config = live_config(200);
+        config.params.n_fading = has_new ? 2 : 0;
+        TestMap copy(config);
+        const Outcome read = read_snapshot(copy.get(), medium);
+        REQUIRE(read.status == GPOM_OK);
+        CHECK(read.report.params_differ == (has_new ? 1 : 0));
+        CHECK(same_beams(beams_of(copy.get()), beams_of(map.get())));
+        CHECK(same_counters(copy.get(), map.get()));
+    }
 }
 
 // An empty map has a snapshot too, and reading it empties.

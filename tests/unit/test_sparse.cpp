@@ -12,6 +12,9 @@ namespace
 gpom_params_t askey(unsigned n, float ell_m)
 {
     gpom_params_t p = params_of(GPOM_KERNEL_ASKEY);
+    p.sf2 = 1.0f;
+    p.sn2 = p.sn2_free = 0.2f;
+    p.alpha = 10.0f;
     p.n_hits = static_cast<std::uint16_t>(n / 2);
     p.n_free = static_cast<std::uint16_t>(n - n / 2);
     p.ell_m = ell_m;

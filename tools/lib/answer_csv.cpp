@@ -35,6 +35,7 @@ std::vector<gpom_point_t> read_points(const std::string &path)
         }
         points.push_back({parse_finite(fields[0], "x", reader.place()),
                           parse_finite(fields[1], "y", reader.place())});
+        reader.require_line_end();
     }
     if (points.empty()) {
         reader.place().fail("no points in this file; need x,y a line");

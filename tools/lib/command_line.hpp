@@ -66,6 +66,23 @@ inline std::string meant_instead(const CLI::App &app)
     return "";
 }
 
+/// A number in a range, both ends included; CLI::Range lets NaN pass.
+inline CLI::Validator between(double low, double high)
+{
+    return CLI::Validator(
+        [low, high](std::string &text) {
+            double value = 0.0;
+            const bool is_number = CLI::detail::lexical_cast(text, value);
+            if (is_number && value >= low && value <= high) {
+                return std::string();
+            }
+            char range[60];
+            std::snprintf(range, sizeof range, " is not a number from %g to %g", low, high);
+            return text + range;
+        },
+        "");
+}
+
 /// Parse the command line, then run the body. Help goes to stdout with exit code 0; whatever else
 /// goes wrong is one line on stderr and exit code 2. The tool's name is the application's.
 inline int run_tool(CLI::App &app, int argc, const char *const *argv,

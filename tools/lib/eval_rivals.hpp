@@ -13,23 +13,37 @@
 namespace gpom_tools
 {
 
-/// Both log-odds grids of one trial.
-struct LogOddsGrids {
-    OccupancyGrid thin;
-    OccupancyGrid wide;
+struct GridSetup {
+    double cell_m;
+    GridModel model;
 };
 
-LogOddsGrids log_odds_grids(const EvalOptions &options, const Trial &trial);
-std::vector<MethodResult> judged_grids(const LogOddsGrids &grids, const Trial &trial);
-std::vector<double> ask(const OccupancyGrid &grid, const std::vector<gpom_point_t> &points);
+struct ChosenGrid {
+    GridSetup setup;
+    OccupancyGrid grid;
+    MethodResult result;
+};
 
-/// Constants of both grids, as `grid` and `wide_grid`.
-nlohmann::ordered_json grid_constants(const EvalOptions &options, const Trial &trial);
+/// Both log-odds grids of one trial.
+struct LogOddsGrids {
+    ChosenGrid thin;
+    ChosenGrid wide;
+};
 
-/// Of several cell sizes the one with the least NLL on the very test points (near beams on
-/// streets): the choice favours the rival.
+/// Of several settings each rival has the one with the least NLL on the very test points (near
+/// beams on streets): the choice favours the rival. Log-odds grids: cell and sensor model; strong
+/// grid and OctoMap: cell.
+LogOddsGrids chosen_grids(const EvalOptions &options, const Trial &trial);
 MethodResult judged_strong_grid(const Trial &trial);
 MethodResult judged_octomap(const Trial &trial);
+
+/// Widened beams in other cells, with the sensor model that was chosen.
+OccupancyGrid wide_grid_like(const ChosenGrid &chosen, const Trial &trial, double cell_m);
+
+std::vector<double> ask(const OccupancyGrid &grid, const std::vector<gpom_point_t> &points);
+
+/// What was chosen, as `grid` and `wide_grid`.
+nlohmann::ordered_json grid_constants(const LogOddsGrids &grids);
 
 /// None if scikit-learn is not installed.
 std::optional<MethodResult> judged_exact_gp(const Trial &trial);

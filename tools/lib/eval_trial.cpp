@@ -44,12 +44,13 @@ Trial street_trial(const EvalOptions &options)
     Trial trial;
     trial.mode = "street";
     trial.truth = read_truth(options.truth_path);
-    trial.scans = read_scans(options.scans_path, {});
+    trial.scans = read_scans(options.scans_path, options.reading);
     trial.beams = beams_of(trial.scans, kHalfSpacing);
-    trial.points = street_points(*trial.truth, options.n_points, options.seed);
-    for (const TestPoint &point : trial.points) {
-        trial.near_beam.push_back(is_near(point.at, trial.beams, kNearBeam));
+    trial.test.points = street_points(*trial.truth, options.n_points, options.seed);
+    for (const TestPoint &point : trial.test.points) {
+        trial.test.near_beam.push_back(is_near(point.at, trial.beams, kNearBeam));
     }
+    trial.test.profile = profile_across(*trial.truth, trial.scans, options.seed);
     trial.low = {trial.truth->x0_m, trial.truth->y0_m};
     trial.high = {trial.low.x_m + trial.truth->nx * trial.truth->cell_m,
                   trial.low.y_m + trial.truth->ny * trial.truth->cell_m};
@@ -60,26 +61,17 @@ Trial log_trial(const EvalOptions &options)
 {
     Trial trial;
     trial.mode = "log";
-    const std::vector<Scan> scans =
-        after_metres(evenly_taken(read_log(options.scans_path, options.range_max_m), kLogScansMax),
-                     options.after_m);
+    const std::vector<Scan> scans = after_metres(
+        evenly_taken(read_log(options.scans_path, options.reading), kLogScansMax), options.after_m);
     LogSplit split = split_of(options, scans);
     const double half_width_rad = 0.5 * options.beam_width_deg * kPi / 180.0;
     trial.beams = beams_of(split.training, half_width_rad);
     trial.other_beams = beams_of(split.others, half_width_rad);
     trial.scans = std::move(split.training);
-    trial.points = std::move(split.points);
+    trial.test.points = std::move(split.points);
+    trial.test.profile = profile_along(trial.other_beams, options.seed);
     cover_beams(trial);
     return trial;
-}
-
-std::vector<gpom_point_t> places_of(const std::vector<TestPoint> &points)
-{
-    std::vector<gpom_point_t> places;
-    for (const TestPoint &point : points) {
-        places.push_back(point.at);
-    }
-    return places;
 }
 
 } // namespace gpom_tools

@@ -2,7 +2,7 @@
 #ifndef GPOM_TOOLS_LIB_EVAL_TRIAL_HPP
 #define GPOM_TOOLS_LIB_EVAL_TRIAL_HPP
 
-#include "tools/lib/protocol.hpp"
+#include "tools/lib/profile.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -30,7 +30,7 @@ struct EvalOptions {
     std::size_t n_points = 20000;
     std::uint64_t seed = 0;
     std::optional<double> grid_cell_m; ///< For both log-odds grids; none: the best for each.
-    double range_max_m = 49.0;
+    ReadOptions reading;
     double fraction = 0.04;
     double beam_width_deg = 2.0;
     double after_m = 0.0; ///< Leave out this much of the way, for learning.
@@ -42,8 +42,7 @@ struct Trial {
     std::vector<Scan> scans;           ///< Make the maps.
     std::vector<GridBeam> beams;       ///< The same as single beams.
     std::vector<GridBeam> other_beams; ///< Held out; none on streets.
-    std::vector<TestPoint> points;
-    std::vector<bool> near_beam; ///< For each point; empty for logs.
+    TestSet test;
     std::optional<Truth> truth;  ///< Of streets.
     gpom_point_t low{0.0, 0.0};  ///< Corner of the area of grids and pictures.
     gpom_point_t high{0.0, 0.0}; ///< The opposite corner.
@@ -51,8 +50,6 @@ struct Trial {
 
 Trial street_trial(const EvalOptions &options);
 Trial log_trial(const EvalOptions &options);
-
-std::vector<gpom_point_t> places_of(const std::vector<TestPoint> &points);
 
 } // namespace gpom_tools
 

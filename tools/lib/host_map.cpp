@@ -64,6 +64,7 @@ void HostMap::insert(const Scan &scan, const float *pose_cov)
 {
     gpom_sensor_t sensor;
     gpom_sensor_init(&sensor);
+    sensor.range_min_m = 0.0f; // read_scans() saw to it
     sensor.range_max_m = static_cast<float>(scan.range_max_m);
     const gpom_pose_t pose = {scan.x_m, scan.y_m, scan.theta_rad, pose_cov};
     const gpom_scan_t readings = {static_cast<std::int64_t>(std::llround(scan.t_s * 1e6)),
@@ -105,6 +106,14 @@ std::vector<gpom_answer_t> HostMap::query(const gpom_raster_t &raster) const
     const gpom_scratch_t memory = scratch();
     require_answers(gpom_query_raster(map_, &raster, answers.data(), &memory));
     return answers;
+}
+
+gpom_path_result_t HostMap::query(const gpom_path_t &path) const
+{
+    gpom_path_result_t result;
+    const gpom_scratch_t memory = scratch();
+    require_answers(gpom_path_query(map_, &path, &result, &memory));
+    return result;
 }
 
 gpom_stats_t HostMap::stats() const

@@ -16,7 +16,7 @@ namespace gpom_tools
 /// How a vehicle keeps its map (live.h).
 struct LiveConfig {
     std::uint32_t beam_max = 16384;
-    float keep_m = 0.1f;
+    float keep_m = 0.05f;
     std::uint32_t clear_scans = 3;
     std::uint64_t step_ops = 1000000; ///< Budget of the step after each scan.
 };
@@ -51,6 +51,8 @@ public:
     /// was cut has its flag, as in the library; a point out of reach throws.
     std::vector<gpom_answer_t> query(const std::vector<gpom_point_t> &points) const;
     std::vector<gpom_answer_t> query(const gpom_raster_t &raster) const;
+    /// Likewise, its flags say which.
+    gpom_path_result_t query(const gpom_path_t &path) const;
 
     /// The cells of the coarse low-resolution map, row by row from the lowest y.
     std::vector<gpom_cell_t> cells() const;

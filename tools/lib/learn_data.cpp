@@ -14,8 +14,12 @@ namespace
 
 constexpr std::size_t kRuns = 15;
 constexpr std::size_t kHitsMin = 50; ///< Fewer returns teach nothing.
+/// Stream of numbers besides those of gpom-live judge's usual seeds.
+constexpr std::uint64_t kLiveSplitSeed = 1000;
 /// Random cells looked at for each place near a beam that is wanted.
 constexpr std::size_t kTriesPerPlace = 200;
+/// Stream of numbers for places anywhere.
+constexpr std::uint64_t kAnywhereSeed = 3000;
 
 LearnBeam beam_of(const Scan &scan, std::size_t i_scan, std::size_t i_beam)
 {
@@ -32,14 +36,21 @@ LearnBeam beam_of(const Scan &scan, std::size_t i_scan, std::size_t i_beam)
             hit};
 }
 
+/// The log as far as it is learnt from.
+std::vector<Scan> read_source(const LearnSource &source, const DataOptions &options)
+{
+    std::vector<Scan> scans = read_log(source.scans_path, options.reading);
+    return options.training_of ? split_log(scans, kTrainingShareMax, *options.training_of).training
+                               : scans;
+}
+
 /// Of a log some, and only then their first stretch, so that it is as dense as the whole.
 std::vector<Scan> scans_of(const LearnSource &source, const DataOptions &options)
 {
     const bool is_log = source.truth_path.empty();
-    return first_metres(
-        is_log ? evenly_taken(read_log(source.scans_path, options.range_max_m), kLogScansMax)
-               : read_scans(source.scans_path, {options.range_max_m}),
-        options.first_m);
+    return first_metres(is_log ? evenly_taken(read_source(source, options), kLogScansMax)
+                               : read_scans(source.scans_path, options.reading),
+                        options.first_m);
 }
 
 void require_hits(const LearnSource &source, const LearnWorld &world)
@@ -111,6 +122,56 @@ void add_log(LearnData &data, const LearnSource &source, const DataOptions &opti
         }
     }
     require_hits(source, world);
+    ProtocolRandom places(options.seed + 1);
+    draw_places(data.learning, learning, options.n_places, data.worlds.size(), places);
+    draw_places(data.held_out, held_out, options.n_held_out, data.worlds.size(), places);
+    data.worlds.push_back(std::move(world));
+}
+
+/// The live map of scans in their order, as queries see it.
+LearnWorld live_world(const std::vector<Scan> &scans, const DataOptions &options)
+{
+    gpom_params_t params;
+    gpom_params_init(&params);
+    params.gap_m = static_cast<float>(options.gap_m);
+    HostMap map(live_config(params, options.live, middle_of(scans)));
+    for (const Scan &scan : scans) {
+        map.insert(scan);
+        map.step(options.live.step_ops);
+    }
+    std::vector<gpom_beam_t> kept = map.kept();
+    std::sort(kept.begin(), kept.end(),
+              [](const gpom_beam_t &a, const gpom_beam_t &b) { return a.id < b.id; });
+    LearnWorld world;
+    for (const gpom_beam_t &beam : kept) {
+        const bool hit = beam.is_hit != 0 && beam.provisional == 0;
+        const HitNoise noise = beam.past != 0       ? HitNoise::kPast
+                               : beam.n_agreed == 0 ? HitNoise::kOnce
+                                                    : HitNoise::kSeen;
+        world.push_back({beam.x_m, beam.y_m, double{beam.dir_x}, double{beam.dir_y},
+                         double{beam.range_m}, static_cast<std::size_t>(beam.stamp_us), hit,
+                         beam.returned != 0, beam.is_free != 0, noise});
+    }
+    return world;
+}
+
+void add_live(LearnData &data, const LearnSource &source, const DataOptions &options)
+{
+    const std::vector<Scan> scans = first_metres(read_source(source, options), options.first_m);
+    const LogSplit split = split_log(scans, kTrainingShareMax, options.seed + kLiveSplitSeed);
+    LearnWorld world = live_world(split.training, options);
+    require_hits(source, world);
+    std::vector<Return> learning, held_out;
+    for (std::size_t i_scan = 0; i_scan < scans.size(); ++i_scan) {
+        const std::vector<float> &ranges_m = split.others[i_scan].ranges_m;
+        for (std::size_t i = 0; i < ranges_m.size(); ++i) {
+            if (ranges_m[i] > 0.0F) { // NaN fails: not one of the tenth
+                const LearnBeam beam = beam_of(scans[i_scan], i_scan, i);
+                (is_held_out(i_scan, scans.size()) ? held_out : learning)
+                    .push_back({beam, kNoBeam});
+            }
+        }
+    }
     ProtocolRandom places(options.seed + 1);
     draw_places(data.learning, learning, options.n_places, data.worlds.size(), places);
     draw_places(data.held_out, held_out, options.n_held_out, data.worlds.size(), places);
@@ -191,6 +252,10 @@ void add_street(LearnData &data, const LearnSource &source, const DataOptions &o
         place.i_world = i_world;
         (out ? data.held_out : data.learning).push_back(place);
     }
+    for (const TestPoint &point : street_points(read_truth(source.truth_path), all_out ? 0 : n,
+                                                options.seed + kAnywhereSeed + i_world)) {
+        data.anywhere.push_back({point.at.x_m, point.at.y_m, point.occupied, i_world, kNoBeam});
+    }
     data.worlds.push_back(std::move(world));
 }
 
@@ -230,6 +295,16 @@ LearnData log_data(const std::vector<LearnSource> &sources, const DataOptions &o
     data.how_held_out = "beams of a fifth of the scans, in runs";
     for (const LearnSource &source : sources) {
         add_log(data, source, options);
+    }
+    return checked(std::move(data));
+}
+
+LearnData live_data(const std::vector<LearnSource> &sources, const DataOptions &options)
+{
+    LearnData data;
+    data.how_held_out = "beams of a fifth of the scans, in runs";
+    for (const LearnSource &source : sources) {
+        add_live(data, source, options);
     }
     return checked(std::move(data));
 }

@@ -79,7 +79,7 @@ Minimum descend(const LearntParams &start, const FitSpace &space,
     const Objective objective = [&](const Eigen::VectorXd &x, Eigen::VectorXd &gradient) {
         const LearntParams params = space.params(start, x);
         Gradient by_params;
-        const double loss = mean_loss(params, neighbourhoods, options.n_threads, &by_params);
+        const double loss = mean_loss(params, neighbourhoods, options, &by_params);
         gradient = space.gradient(params, by_params);
         return loss;
     };
@@ -111,7 +111,7 @@ std::vector<Step> steps_of(const Ingredients &ingredients, const FixedParams &fi
     }
     if (!fixed.gap_m) {
         steps.push_back({"gap_m",
-                         {0.0, 0.05, 0.1, 0.2, 0.3},
+                         {0.0, 0.02, 0.05, 0.1, 0.2, kGapMax},
                          [](LearntParams &p, double v) { p.gap_m = v; },
                          [](const LearntParams &p) { return p.gap_m; }});
     }
@@ -214,20 +214,23 @@ private:
 } // namespace
 
 FitSpace::FitSpace(gpom_kernel_t kernel, const FitOptions &options)
-    : kernel_(kernel), two_noises_(options.ingredients.noise)
+    : kernel_(kernel), two_noises_(options.ingredients.noise), has_once_(options.has_once)
 {
     const bool nn = kernel == GPOM_KERNEL_NN;
     const double ell_max_m = options.ell_max_m * (kernel == GPOM_KERNEL_ASKEY ? 3.0 : 1.0);
     const double ratio_low = std::log(noise_ratio_min(kernel));
-    low_ << std::log(nn ? 1e-2 : 0.05), std::log(1e-4), std::log(1e-2), ratio_low, ratio_low,
-        std::log(0.05), -kPriorArgumentMax, 0.0, -10.0, -3.0, -3.0, -3.0, -3.0;
+    low_ << std::log(nn ? 1e-2 : 0.05), std::log(1e-4), std::log(1e-2), ratio_low, ratio_low, 0.0,
+        std::log(0.05), -kPriorArgumentMax, 0.0, -10.0, -20.0, -3.0, -3.0, -3.0, -3.0, 0.0;
     high_ << std::log(nn ? 1e4 : ell_max_m), std::log(1e4), std::log(1e2), std::log(1e2),
-        std::log(1e2), std::log(kAlphaMax), kPriorArgumentMax, 1.0, 10.0, 3.0, 3.0, 3.0, 3.0;
+        std::log(1e2), std::log(30.0), std::log(kAlphaMax), kPriorArgumentMax, 1.0, 10.0, 20.0, 3.0,
+        3.0, 3.0, 3.0, 0.0;
     const Ingredients &may = options.ingredients;
     for (int i = 0; i < kDerivatives; ++i) {
         const bool fixed = (i == kByShape1 && !nn) || (i == kBySn2Free && !may.noise) ||
+                           (i == kBySn2Once && !options.has_once) ||
                            (i == kByAnisotropy && !may.anisotropy) || (i == kByVote && !may.vote) ||
-                           (i >= kByLogWeight && !may.logs);
+                           (i == kByLine && !may.line) || (i >= kByLogWeight && !may.logs) ||
+                           i == kByBetaFar; // by fit_far()
         if (!fixed) {
             free_.push_back(i);
         }
@@ -241,18 +244,20 @@ Eigen::VectorXd FitSpace::coordinates(const LearntParams &params) const
     Gradient all;
     all << std::log(kernel_ == GPOM_KERNEL_NN ? params.s0 : params.ell_m), std::log(params.s1),
         std::log(params.sf2), std::log(params.sn2 / params.sf2),
-        std::log(params.sn2_free / params.sf2), std::log(params.alpha),
+        std::log(params.sn2_free / params.sf2),
+        std::log(std::max(params.sn2_once / params.sn2, 1.0)), std::log(params.alpha),
         (params.beta + weight_sum(params) * log_end()) / prior_spread(params), params.anisotropy,
-        params.vote, params.log_weights[0], params.log_weights[1], params.log_weights[2],
-        params.log_weights[3];
+        params.vote, params.line, params.log_weights[0], params.log_weights[1],
+        params.log_weights[2], params.log_weights[3], 0.0;
     return all(free_);
 }
 
 LearntParams FitSpace::params(const LearntParams &base, const Eigen::VectorXd &x) const
 {
     Gradient all;
-    all << 0.0, std::log(base.s1), 0.0, 0.0, 0.0, 0.0, 0.0, base.anisotropy, base.vote,
-        base.log_weights[0], base.log_weights[1], base.log_weights[2], base.log_weights[3];
+    all << 0.0, std::log(base.s1), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, base.anisotropy, base.vote,
+        base.line, base.log_weights[0], base.log_weights[1], base.log_weights[2],
+        base.log_weights[3], 0.0;
     all(free_) = x;
     LearntParams params = base;
     (kernel_ == GPOM_KERNEL_NN ? params.s0 : params.ell_m) = std::exp(all(kByShape0));
@@ -260,9 +265,11 @@ LearntParams FitSpace::params(const LearntParams &base, const Eigen::VectorXd &x
     params.sf2 = std::exp(all(kBySf2));
     params.sn2 = params.sf2 * std::exp(all(kBySn2));
     params.sn2_free = two_noises_ ? params.sf2 * std::exp(all(kBySn2Free)) : params.sn2;
+    params.sn2_once = has_once_ ? params.sn2 * std::exp(all(kBySn2Once)) : 0.0;
     params.alpha = std::exp(all(kByAlpha));
     params.anisotropy = all(kByAnisotropy);
     params.vote = all(kByVote);
+    params.line = all(kByLine);
     for (int i = 0; i < 4; ++i) {
         params.log_weights[static_cast<std::size_t>(i)] = all(kByLogWeight + i);
     }
@@ -302,24 +309,52 @@ Eigen::VectorXd FitSpace::gradient(const LearntParams &params, const Gradient &b
 }
 
 double mean_loss(const LearntParams &params, const std::vector<Neighbourhood> &neighbourhoods,
-                 unsigned n_threads, Gradient *gradient)
+                 const FitOptions &options, Gradient *gradient)
 {
     const std::size_t n = neighbourhoods.size();
-    std::vector<double> losses(chunk_count(n), 0.0);
+    std::vector<double> losses(chunk_count(n), 0.0), weights(chunk_count(n), 0.0);
     std::vector<Gradient> gradients(chunk_count(n), Gradient::Zero());
-    for_chunks(n, n_threads, [&](std::size_t i_chunk, std::size_t first, std::size_t last) {
+    for_chunks(n, options.n_threads, [&](std::size_t i_chunk, std::size_t first, std::size_t last) {
         thread_local ModelWork work;
         for (std::size_t i = first; i < last; ++i) {
-            losses[i_chunk] += loss_of(params, neighbourhoods[i], work,
-                                       gradient != nullptr ? &gradients[i_chunk] : nullptr);
+            const double weight = neighbourhoods[i].occupied ? 1.0 : options.free_weight;
+            Gradient own = Gradient::Zero();
+            losses[i_chunk] += weight * loss_of(params, neighbourhoods[i], work,
+                                                gradient != nullptr ? &own : nullptr);
+            gradients[i_chunk] += weight * own;
+            weights[i_chunk] += weight;
         }
     });
-    const double scale = 1.0 / static_cast<double>(n);
+    const double scale = 1.0 / std::accumulate(weights.begin(), weights.end(), 0.0);
     if (gradient != nullptr) {
         *gradient =
             scale * std::accumulate(gradients.begin(), gradients.end(), Gradient(Gradient::Zero()));
     }
     return scale * std::accumulate(losses.begin(), losses.end(), 0.0);
+}
+
+std::vector<std::string> edge_warnings(const LearntParams &params, const FitOptions &options)
+{
+    constexpr double kNear = 0.999;
+    const bool nn = params.kernel == GPOM_KERNEL_NN;
+    const double ell_max_m = options.ell_max_m * (params.kernel == GPOM_KERNEL_ASKEY ? 3.0 : 1.0);
+    std::vector<std::string> warnings;
+    if (!nn && params.ell_m >= kNear * ell_max_m) {
+        warnings.push_back("ell_m ended at its longest, " + std::to_string(ell_max_m) +
+                           " m: places far from all beams may read occupied; give scans with more "
+                           "open space, or another --ell-max, and look at the map");
+    }
+    if (params.alpha >= kNear * kAlphaMax) {
+        warnings.push_back("alpha ended at its greatest, " + std::to_string(kAlphaMax) +
+                           ": the places separate almost without error, so that probabilities may "
+                           "be too sure elsewhere; give more or other scans");
+    }
+    if (!options.fixed.gap_m && params.gap_m >= kNear * kGapMax) {
+        warnings.push_back("gap_m ended at its greatest, " + std::to_string(kGapMax) +
+                           " m: poses or ranges are less exact than that; look at them, or give "
+                           "--fix gap_m=");
+    }
+    return warnings;
 }
 
 Fit fit_kernel(gpom_kernel_t kernel, const LearnData &data, const FitOptions &options,
@@ -328,10 +363,39 @@ Fit fit_kernel(gpom_kernel_t kernel, const LearnData &data, const FitOptions &op
     return Fitting(kernel, data, options, advance).run();
 }
 
+LearntParams fit_far(LearntParams params, const LearnData &data, FitOptions options)
+{
+    if (params.fade_m <= 0.0 || data.anywhere.empty()) {
+        return params;
+    }
+    const std::vector<Neighbourhood> at =
+        neighbourhoods_of(data.worlds, data.anywhere, rule_of(params), options.n_threads);
+    options.free_weight = 1.0; // as many as there are of either kind
+    const double spread = prior_spread(params);
+    const double near = (params.beta + weight_sum(params) * log_end()) / spread;
+    const Objective objective = [&](const Eigen::VectorXd &x, Eigen::VectorXd &gradient) {
+        params.beta_far = (x(0) - near) * spread;
+        Gradient by_params;
+        const double loss = mean_loss(params, at, options, &by_params);
+        gradient = Eigen::VectorXd::Constant(1, spread * by_params(kByBetaFar));
+        return loss;
+    };
+    const Box box = {Eigen::VectorXd::Constant(1, -kFarArgumentMax),
+                     Eigen::VectorXd::Constant(1, kFarArgumentMax)};
+    const Minimum minimum =
+        minimise(objective, Eigen::VectorXd::Constant(1, near), box, kPolishIterations);
+    params.beta_far = (minimum.x(0) - near) * spread;
+    return params;
+}
+
 NeighbourRule rule_of(const LearntParams &params)
 {
-    return {params.gap_m, params.depth_m, static_cast<std::size_t>(params.scan_points_max),
-            static_cast<std::size_t>(params.n_hits), static_cast<std::size_t>(params.n_free)};
+    return {params.gap_m,
+            params.depth_m,
+            static_cast<std::size_t>(params.scan_points_max),
+            static_cast<std::size_t>(params.n_hits),
+            static_cast<std::size_t>(params.n_free),
+            static_cast<std::size_t>(params.n_fading)};
 }
 
 std::vector<Prediction> predictions_of(const LearntParams &params,

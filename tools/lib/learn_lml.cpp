@@ -215,8 +215,8 @@ Neighbourhood random_subset(const LearnWorld &world, double gap_m, std::size_t n
     subset.axis_ratio = 1.0;
     for (const auto *points : {&hits, &free}) {
         for (const FreePoint &point : *points) {
-            subset.points.push_back(
-                {point.x_m - x_m, point.y_m - y_m, points == &hits ? 1.0 : -1.0, 1.0});
+            subset.points.push_back({point.x_m - x_m, point.y_m - y_m, points == &hits ? 1.0 : -1.0,
+                                     HitNoise::kSeen, 1.0});
         }
     }
     return subset;

@@ -84,11 +84,12 @@ double faded_log_distance(double rho, double log_distance)
     return rho * log_distance + (1.0 - rho) * std::log(kLogDistanceMax + kLogDistanceMin);
 }
 
-/// vote cs + the log terms + beta.
+/// vote cs + line + the log terms + beta, fading to what they are far from all beams.
 double offset_of(const LearntParams &params, const Neighbourhood &neighbourhood)
 {
     const double rho = remaining_correlation(params, neighbourhood);
-    double offset = params.beta + params.vote * rho * neighbourhood.vote;
+    double offset = params.beta + (1.0 - rho) * params.beta_far +
+                    params.vote * rho * neighbourhood.vote + params.line * rho * neighbourhood.line;
     for (std::size_t i = 0; i < params.log_weights.size(); ++i) {
         offset += params.log_weights[i] * faded_log_distance(rho, neighbourhood.log_distances[i]);
     }
@@ -126,6 +127,7 @@ void ModelWork::assemble(const LearntParams &params, const Neighbourhood &neighb
     const double shrink = 1.0 - params.anisotropy * (1.0 - neighbourhood.axis_ratio);
     rho_ = remaining_correlation(params, neighbourhood);
     points_.clear();
+    noise_terms_.clear();
     y_.resize(n);
     noise_.resize(n);
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -133,7 +135,9 @@ void ModelWork::assemble(const LearntParams &params, const Neighbourhood &neighb
         points_.push_back({shrink * point.along_m, point.across_m,
                            -(1.0 - neighbourhood.axis_ratio) * point.along_m});
         y_(i) = point.label;
-        noise_(i) = (point.label > 0.0 ? params.sn2 : params.sn2_free) / point.count;
+        const NoiseTerms terms = noise_terms(params, point);
+        noise_terms_.push_back(terms);
+        noise_(i) = terms.by_sf2 + terms.by_sn2 + terms.by_sn2_free;
     }
     points_.push_back({0.0, 0.0, 0.0});
     for (Eigen::MatrixXd *matrix : {&k_, &by_shape0_, &by_shape1_, &by_anisotropy_}) {
@@ -151,6 +155,35 @@ void ModelWork::assemble(const LearntParams &params, const Neighbourhood &neighb
             }
         }
     }
+}
+
+ModelWork::NoiseTerms ModelWork::whole_noise(const LearntParams &params,
+                                             const NeighbourPoint &point)
+{
+    const double once = std::max(params.sn2_once, params.sn2);
+    if (point.label < 0.0) {
+        return {0.0, 0.0, params.sn2_free, 0.0};
+    }
+    switch (point.noise) {
+    case HitNoise::kPast: // raised() of noise.hpp with an excess of 1
+        return {prior_variance(params), 2.0 * params.sn2, 0.0, 0.0};
+    case HitNoise::kOnce: // sn2 times a factor: both are differentiated by
+        return {0.0, once, 0.0, once};
+    case HitNoise::kSeen:
+        break;
+    }
+    return {0.0, params.sn2, 0.0, 0.0};
+}
+
+/// (v + k**) / w - k** where neighbours fade, and of equal points that over their count.
+ModelWork::NoiseTerms ModelWork::noise_terms(const LearntParams &params,
+                                             const NeighbourPoint &point)
+{
+    const NoiseTerms whole = whole_noise(params, point);
+    const double n_whole = point.count * point.weight;
+    const double faded = (1.0 - point.weight) * prior_variance(params);
+    return {(whole.by_sf2 + faded) / n_whole, whole.by_sn2 / n_whole, whole.by_sn2_free / n_whole,
+            whole.by_sn2_once / n_whole};
 }
 
 void ModelWork::solve()
@@ -204,7 +237,12 @@ void ModelWork::accumulate(const Adjoint &adjoint, Gradient &gradient) const
         }
     }
     for (Eigen::Index i = 0; i < n; ++i) {
-        gradient(y_(i) > 0.0 ? kBySn2 : kBySn2Free) += adjoint(i, i) * noise_(i);
+        const NoiseTerms &terms = noise_terms_[static_cast<std::size_t>(i)];
+        gradient(kBySf2) += adjoint(i, i) * terms.by_sf2;
+        gradient(kByShape0) += adjoint(i, i) * terms.by_sf2 / k_(n, n) * by_shape0_(n, n);
+        gradient(kBySn2) += adjoint(i, i) * terms.by_sn2;
+        gradient(kBySn2Free) += adjoint(i, i) * terms.by_sn2_free;
+        gradient(kBySn2Once) += adjoint(i, i) * terms.by_sn2_once;
     }
 }
 
@@ -251,7 +289,9 @@ double loss_of(const LearntParams &params, const Neighbourhood &neighbourhood, M
     (*gradient)(kByAlpha) += loss.by_alpha_log;
     (*gradient)(kByBeta) += loss.by_argument;
     const double rho = remaining_correlation(params, neighbourhood);
+    (*gradient)(kByBetaFar) += loss.by_argument * (1.0 - rho);
     (*gradient)(kByVote) += loss.by_argument * rho * neighbourhood.vote;
+    (*gradient)(kByLine) += loss.by_argument * rho * neighbourhood.line;
     for (int i = 0; i < 4; ++i) {
         const double log_distance = neighbourhood.log_distances[static_cast<std::size_t>(i)];
         (*gradient)(kByLogWeight + i) += loss.by_argument * faded_log_distance(rho, log_distance);

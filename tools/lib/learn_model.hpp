@@ -17,12 +17,15 @@ enum Derivative : int {
     kBySf2,
     kBySn2,
     kBySn2Free,
+    kBySn2Once, ///< log (sn2_once / sn2).
     kByAlpha,
     kByBeta,
     kByAnisotropy,
     kByVote,
+    kByLine,
     kByLogWeight, ///< The first of four.
-    kDerivatives = kByLogWeight + 4
+    kByBetaFar = kByLogWeight + 4,
+    kDerivatives
 };
 using Gradient = Eigen::Matrix<double, kDerivatives, 1>;
 
@@ -84,7 +87,15 @@ private:
     std::vector<CovariancePoint> points_;
     Eigen::MatrixXd k_, by_shape0_, by_shape1_, by_anisotropy_, system_;
     Eigen::LLT<Eigen::MatrixXd> factor_;
+    /// Noise variances, and their derivatives by the logarithms of what they are made of.
+    struct NoiseTerms {
+        double by_sf2, by_sn2, by_sn2_free, by_sn2_once;
+    };
+    static NoiseTerms whole_noise(const LearntParams &params, const NeighbourPoint &point);
+    static NoiseTerms noise_terms(const LearntParams &params, const NeighbourPoint &point);
+
     Eigen::VectorXd y_, a_, b_, k_star_, noise_;
+    std::vector<NoiseTerms> noise_terms_;
 };
 
 /// Between f at the query and what its neighbours tell of f: 1 - d^2 / fade_m^2, d being the

@@ -13,15 +13,16 @@ namespace gpom_tools
 Ingredients parse_ingredients(const std::string &text)
 {
     if (text == "full") {
-        return {true, true, true, true, true, true};
+        return {true, true, true, true, true, true, true};
     }
     Ingredients chosen;
     const struct {
         const char *name;
         bool *flag;
     } known[] = {{"noise", &chosen.noise}, {"anisotropy", &chosen.anisotropy},
-                 {"vote", &chosen.vote},   {"logs", &chosen.logs},
-                 {"depth", &chosen.depth}, {"cap", &chosen.cap}};
+                 {"vote", &chosen.vote},   {"line", &chosen.line},
+                 {"logs", &chosen.logs},   {"depth", &chosen.depth},
+                 {"cap", &chosen.cap}};
     std::istringstream names(text == "paper" ? "" : text);
     for (std::string name; std::getline(names, name, ',');) {
         bool *found = nullptr;
@@ -31,7 +32,7 @@ Ingredients parse_ingredients(const std::string &text)
         if (found == nullptr) {
             throw std::runtime_error("--model: '" + name +
                                      "' is not one of paper, full, or a comma list of noise, "
-                                     "anisotropy, vote, logs, depth, cap");
+                                     "anisotropy, vote, line, logs, depth, cap");
         }
         *found = true;
     }
@@ -59,10 +60,12 @@ FixedParams parse_fixed(const std::string &text)
             fixed.depth_m = value;
         } else if (name == "scan_points_max" && value == std::floor(value)) {
             fixed.scan_points_max = static_cast<int>(value);
+        } else if (name == "fading" && value == std::floor(value)) {
+            fixed.n_fading = static_cast<int>(value);
         } else {
             throw std::runtime_error("--fix: '" + pair +
                                      "': only fade_m, gap_m, depth_m and the "
-                                     "whole number scan_points_max can be fixed");
+                                     "whole numbers scan_points_max and fading can be fixed");
         }
     }
     static_cast<void>(to_library(with_fixed({}, fixed))); // refused now, not after learning
@@ -75,6 +78,7 @@ LearntParams with_fixed(LearntParams params, const FixedParams &fixed)
     params.gap_m = fixed.gap_m.value_or(params.gap_m);
     params.depth_m = fixed.depth_m.value_or(params.depth_m);
     params.scan_points_max = fixed.scan_points_max.value_or(params.scan_points_max);
+    params.n_fading = fixed.n_fading.value_or(params.n_fading);
     return params;
 }
 
@@ -91,7 +95,8 @@ double prior_probability(const LearntParams &params)
 {
     const double weight =
         std::accumulate(params.log_weights.begin(), params.log_weights.end(), 0.0);
-    const double argument = params.beta + weight * std::log(kLogDistanceMax + kLogDistanceMin);
+    const double argument =
+        params.beta + params.beta_far + weight * std::log(kLogDistanceMax + kLogDistanceMin);
     return normal_cdf(argument /
                       std::sqrt(1.0 + params.alpha * params.alpha * prior_variance(params)));
 }
@@ -111,6 +116,7 @@ gpom_params_t to_library(const LearntParams &params)
     rounded.sn2_once = static_cast<float>(params.sn2_once);
     rounded.alpha = static_cast<float>(params.alpha);
     rounded.beta = static_cast<float>(params.beta);
+    rounded.beta_far = static_cast<float>(params.beta_far);
     rounded.gap_m = static_cast<float>(params.gap_m);
     rounded.p_occupied = static_cast<float>(params.p_occupied);
     rounded.p_free = static_cast<float>(params.p_free);
@@ -118,8 +124,10 @@ gpom_params_t to_library(const LearntParams &params)
     rounded.n_free = static_cast<std::uint16_t>(params.n_free);
     rounded.depth_m = static_cast<float>(params.depth_m);
     rounded.scan_points_max = static_cast<std::uint16_t>(params.scan_points_max);
+    rounded.n_fading = static_cast<std::uint16_t>(params.n_fading);
     rounded.anisotropy = static_cast<float>(params.anisotropy);
     rounded.vote = static_cast<float>(params.vote);
+    rounded.line = static_cast<float>(params.line);
     rounded.fade_m = static_cast<float>(params.fade_m);
     rounded.log_hit_first = static_cast<float>(params.log_weights[0]);
     rounded.log_hit_last = static_cast<float>(params.log_weights[1]);

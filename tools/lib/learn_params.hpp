@@ -24,18 +24,21 @@ struct LearntParams {
     double ell_m = 8.0;
     double sn2 = 0.2;
     double sn2_free = 0.2;
-    double sn2_once = 0.0; ///< By fit_once(): maps that keep every beam do not feel it.
+    double sn2_once = 0.0; ///< 0: as sn2. Maps that keep every beam do not feel it.
     double alpha = 10.0;
     double beta = 0.0;
+    double beta_far = 0.0; ///< By places far from beams alone; 0 without fade_m.
     double gap_m = 0.1;
     double depth_m = 0.0;
     int scan_points_max = 0;
     double anisotropy = 0.0;
     double vote = 0.0;
+    double line = 0.0;
     double fade_m = 0.0;                 ///< Set, never learnt.
     std::array<double, 4> log_weights{}; ///< Of the first hit, last hit, first free, last free.
     int n_hits = 8;
     int n_free = 8;
+    int n_fading = 0; ///< Set, never learnt.
     double p_occupied = 0.7;
     double p_free = 0.3;
 };
@@ -45,6 +48,7 @@ struct Ingredients {
     bool noise = false; ///< Free points have a noise of their own.
     bool anisotropy = false;
     bool vote = false;
+    bool line = false;
     bool logs = false;
     bool depth = false;
     bool cap = false;
@@ -57,7 +61,7 @@ Ingredients parse_ingredients(const std::string &text);
 /// searched for: places near beams hardly feel it).
 struct FixedParams {
     std::optional<double> fade_m, gap_m, depth_m;
-    std::optional<int> scan_points_max;
+    std::optional<int> scan_points_max, n_fading;
 };
 
 /// "name=value,..." of the fields above. Throws std::runtime_error.

@@ -52,28 +52,6 @@ std::string figures_table(const std::vector<JudgedFit> &fits, std::size_t i_best
     return text;
 }
 
-std::string once_table(const OnceFit &fit)
-{
-    std::string text = "sn2_once   NLL of live maps\n";
-    for (const OnceAttempt &attempt : fit.attempts) {
-        text += formatted("%4.1f sn2   %.4f%s\n", attempt.factor, attempt.nll,
-                          attempt.factor == fit.factor ? "  <- written" : "");
-    }
-    return text;
-}
-
-std::string once_comment(const OnceFit &fit)
-{
-    const auto nll_at = [&](double factor) {
-        return std::find_if(fit.attempts.begin(), fit.attempts.end(),
-                            [&](const OnceAttempt &a) { return a.factor == factor; })
-            ->nll;
-    };
-    return formatted(
-        "sn2_once by live maps of nine returns in ten: %.1f sn2, NLL %.4f (as sn2 %.4f).\n",
-        fit.factor, nll_at(fit.factor), nll_at(1.0));
-}
-
 std::string params_comment(const JudgedFit &best, const std::string &command,
                            const std::string &how_learnt, const std::string &how_held_out)
 {

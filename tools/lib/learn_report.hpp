@@ -3,7 +3,6 @@
 #define GPOM_TOOLS_LIB_LEARN_REPORT_HPP
 
 #include "tools/lib/learn_fit.hpp"
-#include "tools/lib/learn_once.hpp"
 
 #include <string>
 #include <vector>
@@ -22,12 +21,6 @@ std::string attempts_table(const std::vector<JudgedFit> &fits);
 
 /// Fit and held-out figures, a kernel a line, the chosen one marked.
 std::string figures_table(const std::vector<JudgedFit> &fits, std::size_t i_best);
-
-/// What was tried for sn2_once, a line each, the chosen one marked.
-std::string once_table(const OnceFit &fit);
-
-/// A line of the file's head about it.
-std::string once_comment(const OnceFit &fit);
 
 /// The head of a parameters file: how it was learnt, figures, prior probability.
 std::string params_comment(const JudgedFit &best, const std::string &command,

@@ -1,6 +1,6 @@
 #include "tools/lib/live_judge.hpp"
 
-#include "tools/lib/eval_trial.hpp"
+#include "tools/lib/eval_report.hpp"
 #include "tools/lib/live_report.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/progress.hpp"
@@ -25,11 +25,12 @@ constexpr std::uint64_t kDrawSeed = 2000;
 
 JudgeData street_data(const JudgeOptions &options)
 {
-    JudgeData data{read_scans(options.scans_path, {}), {}};
-    const std::vector<GridBeam> beams =
-        beams_of(evenly_taken(data.scans, kNearScans), kHalfSpacing);
-    const std::vector<TestPoint> points =
-        street_points(read_truth(options.truth_path), options.n_points, options.seed);
+    JudgeData data{read_scans(options.scans_path, options.reading), {}};
+    const Truth truth = read_truth(options.truth_path);
+    const std::vector<Scan> near_scans = evenly_taken(data.scans, kNearScans);
+    const std::vector<GridBeam> beams = beams_of(near_scans, kHalfSpacing);
+    const std::vector<TestPoint> points = street_points(truth, options.n_points, options.seed);
+    data.profile = profile_across(truth, near_scans, options.seed);
     std::copy_if(points.begin(), points.end(), std::back_inserter(data.points),
                  [&](const TestPoint &point) { return is_near(point.at, beams, kNearBeam); });
     return data;
@@ -37,29 +38,37 @@ JudgeData street_data(const JudgeOptions &options)
 
 JudgeData log_data(const JudgeOptions &options)
 {
-    LogSplit split = split_log(read_log(options.scans_path, options.range_max_m), options.fraction,
-                               options.seed);
-    return {std::move(split.training), std::move(split.points)};
+    LogSplit split =
+        split_log(read_log(options.scans_path, options.reading), options.fraction, options.seed);
+    return {std::move(split.training), std::move(split.points),
+            profile_along(beams_of(split.others, 0.0), options.seed)};
 }
 
-Metrics accuracy_of(const HostMap &map, const std::vector<TestPoint> &points)
+MethodResult judged(const HostMap &map, const TestSet &test)
 {
-    const std::vector<gpom_answer_t> answers = map.query(places_of(points));
-    std::vector<Prediction> predictions;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        predictions.push_back({static_cast<double>(answers[i].probability), points[i].occupied});
+    MethodResult method;
+    for (const gpom_answer_t &answer : map.query(places_of(test))) {
+        method.probabilities.push_back(double{answer.probability});
     }
-    return measure(std::move(predictions));
+    return judged(std::move(method), test);
 }
 
-Json accuracy_json(const HostMap &map, const std::vector<TestPoint> &points)
+/// A test set without a profile gives none.
+Json accuracy_json(const HostMap &map, const TestSet &test)
 {
-    const Metrics metrics = accuracy_of(map, points);
-    return {{"kept", gpom_map_beam_count(map.get())},
-            {"auc", metrics.auc},
-            {"fp_at_tp95", metrics.false_positive_rate},
-            {"nll", metrics.nll},
-            {"ece", metrics.calibration_error}};
+    const MethodResult method = judged(map, test);
+    Json json = {{"kept", gpom_map_beam_count(map.get())},
+                 {"auc", method.all.auc},
+                 {"fp_at_tp95", method.all.false_positive_rate},
+                 {"nll", method.all.nll},
+                 {"ece", method.all.calibration_error}};
+    if (method.band) {
+        json["band"] = json_of(*method.band);
+    }
+    if (!test.profile.empty()) {
+        json["profile"] = json_of(method.profile);
+    }
+    return json;
 }
 
 /// A reading that a map can use.
@@ -114,7 +123,7 @@ Metrics live_accuracy(const gpom_params_t &params, const LiveConfig &live, const
 {
     HostMap map(live_config(params, live, middle_of(data.scans)));
     drive(map, data.scans, live.step_ops, [](std::size_t) {});
-    return accuracy_of(map, data.points);
+    return judged(map, {data.points, {}, {}}).all;
 }
 
 Json judge_report(const JudgeOptions &options)
@@ -122,8 +131,9 @@ Json judge_report(const JudgeOptions &options)
     const gpom_params_t params = read_params(options.params_path);
     const bool is_log = options.truth_path.empty();
     JudgeData data = is_log ? log_data(options) : street_data(options);
-    const std::vector<TestPoint> unchanged =
-        is_log ? unchanged_points(data.points, data.scans) : data.points;
+    const TestSet test{data.points, {}, data.profile};
+    const TestSet unchanged{
+        is_log ? unchanged_points(data.points, data.scans) : data.points, {}, {}};
     add_spurious(data.scans, options.spurious, options.seed);
     const gpom_point_t middle = middle_of(data.scans);
     HostMap live(live_config(params, options.live, middle));
@@ -133,13 +143,13 @@ Json judge_report(const JudgeOptions &options)
     const std::size_t n = gpom_map_beam_count(live.get());
     HostMap random(params, n, middle);
     random.insert(drawn(data.scans, n, options.seed + kDrawSeed));
-    return {{"live", accuracy_json(live, data.points)},
-            {"random", accuracy_json(random, data.points)},
-            {"points", data.points.size()},
+    return {{"live", accuracy_json(live, test)},
+            {"random", accuracy_json(random, test)},
+            {"points", test.points.size()},
             {"unchanged",
              {{"live", accuracy_json(live, unchanged)},
               {"random", accuracy_json(random, unchanged)},
-              {"points", unchanged.size()}}},
+              {"points", unchanged.points.size()}}},
             {"scans", data.scans.size()},
             {"beam_max", options.live.beam_max},
             {"map_bytes", live.bytes()},

@@ -4,7 +4,7 @@
 
 #include "tools/lib/host_map.hpp"
 #include "tools/lib/metrics.hpp"
-#include "tools/lib/protocol.hpp"
+#include "tools/lib/profile.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -19,7 +19,7 @@ struct JudgeOptions {
     std::string truth_path; ///< Of a street; none for a log.
     std::string params_path;
     LiveConfig live;
-    double range_max_m = 49.0;   ///< Of logs.
+    ReadOptions reading;
     double fraction = 0.9;       ///< Of a log's returns make the map, the others judge it.
     double spurious = 0.0;       ///< Share of the map's returns that become shorter, by chance.
     std::size_t n_points = 4000; ///< Of a street, those away from its beams left out.
@@ -30,14 +30,15 @@ struct JudgeOptions {
 struct JudgeData {
     std::vector<Scan> scans;
     std::vector<TestPoint> points;
+    std::vector<ProfilePlace> profile{};
 };
 
 /// Accuracy of the live map of all scans in their order, stepped after each.
 Metrics live_accuracy(const gpom_params_t &params, const LiveConfig &live, const JudgeData &data);
 
 /// The live map of all scans in their order, stepped after each, against a map of as many beams
-/// drawn at random from the same scans: accuracy, of a log also that at places that had not changed
-/// when it ended (unchanged_points.hpp), counts by cause, memory and work.
+/// drawn at random from the same scans: accuracy and profile, of a log also accuracy at places that
+/// had not changed when it ended (unchanged_points.hpp), counts by cause, memory and work.
 nlohmann::ordered_json judge_report(const JudgeOptions &options);
 
 } // namespace gpom_tools

@@ -27,9 +27,9 @@ inline std::vector<CLI::Option *> add_live_options(CLI::App &app, LiveConfig &li
                 ->capture_default_str()};
 }
 
-inline void add_capacity_option(CLI::App &app, LiveConfig &live)
+inline CLI::Option *add_capacity_option(CLI::App &app, LiveConfig &live)
 {
-    app.add_option("--beam-max", live.beam_max, "Capacity of the map [beams]")
+    return app.add_option("--beam-max", live.beam_max, "Capacity of the map [beams]")
         ->check(CLI::Range(1u, GPOM_BEAM_MAX))
         ->capture_default_str();
 }

@@ -133,22 +133,33 @@ Metrics measure(std::vector<Prediction> predictions)
                                  std::to_string(n_occupied) +
                                  " are occupied; rates need free and occupied ones");
     }
+    const Calibration calibration = measure_calibration(predictions);
+    const std::vector<RocPoint> roc = full_roc(predictions);
+    Metrics metrics;
+    metrics.n_points = n;
+    metrics.share_occupied = calibration.share_occupied;
+    metrics.auc = area_under(roc);
+    metrics.false_positive_rate = false_positive_rate_at(roc, kTruePositiveRate);
+    metrics.nll = calibration.nll;
+    metrics.roc = thinned(roc);
+    metrics.reliability = reliability_of(predictions);
+    metrics.calibration_error = calibration.calibration_error;
+    return metrics;
+}
+
+Calibration measure_calibration(const std::vector<Prediction> &predictions)
+{
     for (const Prediction &prediction : predictions) {
         if (!(prediction.probability >= 0.0 && prediction.probability <= 1.0)) {
             throw std::runtime_error("a prediction is no probability");
         }
     }
-    const std::vector<RocPoint> roc = full_roc(predictions);
-    Metrics metrics;
-    metrics.n_points = n;
-    metrics.share_occupied = static_cast<double>(n_occupied) / static_cast<double>(n);
-    metrics.auc = area_under(roc);
-    metrics.false_positive_rate = false_positive_rate_at(roc, kTruePositiveRate);
-    metrics.nll = nll_of(predictions);
-    metrics.roc = thinned(roc);
-    metrics.reliability = reliability_of(predictions);
-    metrics.calibration_error = calibration_error_of(metrics.reliability, n);
-    return metrics;
+    const std::size_t n = predictions.size();
+    if (n == 0) {
+        throw std::runtime_error("there are no test points to judge by");
+    }
+    return {n, static_cast<double>(count_occupied(predictions)) / static_cast<double>(n),
+            nll_of(predictions), calibration_error_of(reliability_of(predictions), n)};
 }
 
 } // namespace gpom_tools

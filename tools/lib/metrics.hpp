@@ -46,8 +46,19 @@ struct Metrics {
     std::vector<ReliabilityBin> reliability;
 };
 
+/// What needs no points of both kinds.
+struct Calibration {
+    std::size_t n_points;
+    double share_occupied;
+    double nll;
+    double calibration_error;
+};
+
 /// Throws std::runtime_error if there are no free or no occupied points: rates need both.
 Metrics measure(std::vector<Prediction> predictions);
+
+/// Of one point or more.
+Calibration measure_calibration(const std::vector<Prediction> &predictions);
 
 } // namespace gpom_tools
 

@@ -119,15 +119,15 @@ std::vector<gpom_beam_t> beams_in(const HostMap &map)
     return beams;
 }
 
-std::vector<TestPoint> points_to_check(const EvalOptions &options, const Trial &trial)
+TestSet points_to_check(const EvalOptions &options, const TestSet &all)
 {
-    std::vector<TestPoint> points;
-    for (std::size_t i = 0; i < trial.points.size(); ++i) {
-        if (trial.near_beam[i] && points.size() < options.n_dense_points) {
-            points.push_back(trial.points[i]);
+    TestSet test;
+    for (std::size_t i = 0; i < all.points.size(); ++i) {
+        if (all.near_beam[i] && test.points.size() < options.n_dense_points) {
+            test.points.push_back(all.points[i]);
         }
     }
-    return points;
+    return test;
 }
 
 } // namespace
@@ -182,8 +182,8 @@ void require_neighbours(const EvalOptions &options, const gpom_params_t &params)
 std::vector<NeighbourRow> check_neighbours(const EvalOptions &options, const Trial &trial,
                                            const gpom_params_t &params)
 {
-    const std::vector<TestPoint> points = points_to_check(options, trial);
-    const std::vector<gpom_point_t> places = places_of(points);
+    const TestSet test = points_to_check(options, trial.test);
+    const std::vector<gpom_point_t> places = places_of(test);
     const gpom_point_t origin = middle_of(trial.scans);
     gpom_params_t plain = plain_params(params);
     std::vector<NeighbourRow> rows;
@@ -200,7 +200,7 @@ std::vector<NeighbourRow> check_neighbours(const EvalOptions &options, const Tri
             row.mean_error_max = std::max(row.mean_error_max, std::abs(double{answer.mean} - mean));
             row.method.probabilities.push_back(double{answer.probability});
         }
-        row.method = judged(std::move(row.method), points, {});
+        row.method = judged(std::move(row.method), test);
         rows.push_back(std::move(row));
     }
     NeighbourRow all{0, {}, 0.0};
@@ -208,7 +208,7 @@ std::vector<NeighbourRow> check_neighbours(const EvalOptions &options, const Tri
     for (const DenseMoments &moments : dense) {
         all.method.probabilities.push_back(squash(plain, moments));
     }
-    all.method = judged(std::move(all.method), points, {});
+    all.method = judged(std::move(all.method), test);
     rows.push_back(std::move(all));
     return rows;
 }

@@ -1,6 +1,7 @@
 #include "tools/lib/occupancy_grid.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -64,6 +65,58 @@ struct AxisWalk {
         find_next();
     }
 };
+
+struct Span {
+    double low_m, high_m;
+};
+
+/// Where a row of the raster lies in a convex area; empty if it passes outside.
+Span span_at(const std::array<gpom_point_t, 4> &corners, double y_m)
+{
+    Span span{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const gpom_point_t a = corners[i], b = corners[(i + 1) % corners.size()];
+        if ((a.y_m <= y_m) != (b.y_m <= y_m)) {
+            const double x_m = a.x_m + (y_m - a.y_m) / (b.y_m - a.y_m) * (b.x_m - a.x_m);
+            span = {std::min(span.low_m, x_m), std::max(span.high_m, x_m)};
+        }
+    }
+    return span;
+}
+
+} // namespace
+
+/// A widened beam.
+struct BeamCone {
+    const GridBeam &beam;
+    double dir_x, dir_y;
+    double half_tangent; ///< Half its width a metre of way.
+    double reach_m; ///< To the middle of its farthest cell: half a cell diagonal past a return.
+};
+
+namespace
+{
+
+BeamCone cone_of(const GridBeam &beam, double cell_m)
+{
+    return {beam, std::cos(beam.bearing_rad), std::sin(beam.bearing_rad),
+            std::tan(beam.half_width_rad),
+            beam.range_m + (beam.hit ? std::sqrt(0.5) * cell_m : 0.0)};
+}
+
+/// A convex area over the middles of all its cells: the greater of half a cell and the cone's half
+/// width is never over the straight line between both ends' values.
+std::array<gpom_point_t, 4> corners_of(const BeamCone &cone, double cell_m)
+{
+    const double half_m = 0.5 * cell_m;
+    const auto corner = [&](double along_m, double across_m) -> gpom_point_t {
+        return {cone.beam.x_m + along_m * cone.dir_x - across_m * cone.dir_y,
+                cone.beam.y_m + along_m * cone.dir_y + across_m * cone.dir_x};
+    };
+    const double far_half_m = std::max(half_m, cone.reach_m * cone.half_tangent);
+    return {corner(-half_m, -half_m), corner(-half_m, half_m), corner(cone.reach_m, far_half_m),
+            corner(cone.reach_m, -far_half_m)};
+}
 
 } // namespace
 
@@ -167,49 +220,42 @@ void OccupancyGrid::insert_thin(const GridBeam &beam)
     }
 }
 
-void OccupancyGrid::add_wide(GridCell cell, const GridBeam &beam)
+void OccupancyGrid::add_wide(GridCell cell, const BeamCone &cone)
 {
+    const GridBeam &beam = cone.beam;
     const double cell_m = raster_.cell_m;
     const double dx_m = raster_.x0_m + (static_cast<double>(cell.ix) + 0.5) * cell_m - beam.x_m;
     const double dy_m = raster_.y0_m + (static_cast<double>(cell.iy) + 0.5) * cell_m - beam.y_m;
-    const double c = std::cos(beam.bearing_rad), s = std::sin(beam.bearing_rad);
-    const double along_m = c * dx_m + s * dy_m;
-    const double across_m = std::abs(c * dy_m - s * dx_m);
-    const double half_diagonal_m = std::sqrt(0.5) * cell_m;
-    const double distance_m = std::hypot(dx_m, dy_m);
-    const double reach_m = beam.range_m + (beam.hit ? half_diagonal_m : 0.0);
-    if (along_m < -0.5 * cell_m || distance_m > reach_m) {
+    const double along_m = cone.dir_x * dx_m + cone.dir_y * dy_m;
+    const double across_m = std::abs(cone.dir_x * dy_m - cone.dir_y * dx_m);
+    const double distance_m = std::sqrt(dx_m * dx_m + dy_m * dy_m);
+    if (along_m < -0.5 * cell_m || distance_m > cone.reach_m) {
         return;
     }
-    const double half_width_m =
-        std::max(0.5 * cell_m, std::max(along_m, 0.0) * std::tan(beam.half_width_rad));
+    const double half_width_m = std::max(0.5 * cell_m, std::max(along_m, 0.0) * cone.half_tangent);
     const double share = across_m / half_width_m; // near the axis as good as the angles' ratio
     if (share < 1.0) {
-        const bool at_arc = beam.hit && distance_m >= beam.range_m - half_diagonal_m;
+        const bool at_arc = beam.hit && distance_m >= 2.0 * beam.range_m - cone.reach_m;
         add(cell, (1.0 - share * share) * (at_arc ? log_odds_hit_ : log_odds_miss_));
     }
 }
 
 void OccupancyGrid::insert_wide(const GridBeam &beam)
 {
-    const double margin_m = 2.0 * raster_.cell_m;
-    gpom_point_t low{beam.x_m, beam.y_m}, high = low;
-    const auto cover = [&](double angle_rad) {
-        const double length_m = beam.range_m / std::cos(beam.half_width_rad);
-        const double x_m = beam.x_m + length_m * std::cos(beam.bearing_rad + angle_rad);
-        const double y_m = beam.y_m + length_m * std::sin(beam.bearing_rad + angle_rad);
-        low = {std::min(low.x_m, x_m), std::min(low.y_m, y_m)};
-        high = {std::max(high.x_m, x_m), std::max(high.y_m, y_m)};
-    };
-    cover(-beam.half_width_rad); // the triangle over the cone: its far side touches the arc
-    cover(beam.half_width_rad);
-    const GridCell first = cell_at({low.x_m - margin_m, low.y_m - margin_m});
-    const GridCell last = cell_at({high.x_m + margin_m, high.y_m + margin_m});
-    for (std::int64_t iy = std::max<std::int64_t>(first.iy, 0);
-         iy <= std::min<std::int64_t>(last.iy, std::int64_t{raster_.ny} - 1); ++iy) {
-        for (std::int64_t ix = std::max<std::int64_t>(first.ix, 0);
-             ix <= std::min<std::int64_t>(last.ix, std::int64_t{raster_.nx} - 1); ++ix) {
-            add_wide({ix, iy}, beam);
+    const BeamCone cone = cone_of(beam, raster_.cell_m);
+    const std::array<gpom_point_t, 4> corners = corners_of(cone, raster_.cell_m);
+    const auto [low, high] =
+        std::minmax_element(corners.begin(), corners.end(),
+                            [](gpom_point_t a, gpom_point_t b) { return a.y_m < b.y_m; });
+    const std::int64_t last_row = std::min(cell_at(*high).iy, std::int64_t{raster_.ny} - 1);
+    for (std::int64_t iy = std::max<std::int64_t>(cell_at(*low).iy, 0); iy <= last_row; ++iy) {
+        const double y_m = raster_.y0_m + (static_cast<double>(iy) + 0.5) * raster_.cell_m;
+        const Span span = span_at(corners, y_m);
+        const std::int64_t last =
+            std::min(cell_at({span.high_m, y_m}).ix + 1, std::int64_t{raster_.nx} - 1);
+        for (std::int64_t ix = std::max<std::int64_t>(cell_at({span.low_m, y_m}).ix - 1, 0);
+             ix <= last; ++ix) {
+            add_wide({ix, iy}, cone);
         }
     }
 }

@@ -51,6 +51,8 @@ struct GridCell {
 void traverse(const gpom_raster_t &raster, gpom_point_t from, gpom_point_t to,
               const std::function<void(GridCell)> &visit);
 
+struct BeamCone;
+
 class OccupancyGrid {
 public:
     /// Throws std::runtime_error if the raster has over kCellsMax cells.
@@ -76,7 +78,7 @@ private:
     std::size_t index(GridCell cell) const;
     GridCell cell_at(gpom_point_t point) const;
     void add(GridCell cell, double log_odds);
-    void add_wide(GridCell cell, const GridBeam &beam);
+    void add_wide(GridCell cell, const BeamCone &cone);
 
     gpom_raster_t raster_;
     double log_odds_hit_;

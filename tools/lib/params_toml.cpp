@@ -57,27 +57,18 @@ gpom_frame_t frame_of(const TomlTable &table)
 
 std::set<std::string> keys_of(std::int32_t kernel)
 {
-    std::set<std::string> keys = {"depth_m",
-                                  "anisotropy",
-                                  "vote",
-                                  "fade_m",
-                                  "log_hit_first",
-                                  "log_hit_last",
-                                  "log_free_first",
-                                  "log_free_last",
-                                  "scan_points_max",
-                                  "kernel",
-                                  "frame",
-                                  "sf2",
-                                  "sn2",
-                                  "sn2_free",
-                                  "sn2_once",
-                                  "alpha",
-                                  "beta",
-                                  "hits",
-                                  "free",
-                                  "gap_m",
-                                  "p_occupied",
+    std::set<std::string> keys = {"depth_m",       "anisotropy",
+                                  "vote",          "line",
+                                  "fade_m",        "log_hit_first",
+                                  "log_hit_last",  "log_free_first",
+                                  "log_free_last", "scan_points_max",
+                                  "kernel",        "frame",
+                                  "sf2",           "sn2",
+                                  "sn2_free",      "sn2_once",
+                                  "alpha",         "beta",
+                                  "beta_far",      "fading",
+                                  "hits",          "free",
+                                  "gap_m",         "p_occupied",
                                   "p_free"};
     if (kernel == GPOM_KERNEL_NN) {
         keys.insert({"s0", "s1"});
@@ -93,7 +84,9 @@ void read_context(const TomlTable &table, gpom_params_t &params)
     const std::pair<const char *, float *> numbers[] = {{"depth_m", &params.depth_m},
                                                         {"anisotropy", &params.anisotropy},
                                                         {"vote", &params.vote},
+                                                        {"line", &params.line},
                                                         {"fade_m", &params.fade_m},
+                                                        {"beta_far", &params.beta_far},
                                                         {"sn2_once", &params.sn2_once},
                                                         {"log_hit_first", &params.log_hit_first},
                                                         {"log_hit_last", &params.log_hit_last},
@@ -106,6 +99,9 @@ void read_context(const TomlTable &table, gpom_params_t &params)
     }
     if (table.has("scan_points_max")) {
         params.scan_points_max = count(table, "scan_points_max", GPOM_POINTS_MAX);
+    }
+    if (table.has("fading")) {
+        params.n_fading = count(table, "fading", GPOM_SPARSE_POINTS_MAX);
     }
 }
 

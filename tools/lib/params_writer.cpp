@@ -68,9 +68,14 @@ std::vector<Entry> entries_of(const LearntParams &params)
     if (params.scan_points_max != 0) {
         whole("scan_points_max", params.scan_points_max);
     }
+    if (params.n_fading != 0) {
+        whole("fading", params.n_fading);
+    }
     real_unless_0("anisotropy", params.anisotropy);
     real_unless_0("vote", params.vote);
+    real_unless_0("line", params.line);
     real_unless_0("fade_m", params.fade_m);
+    real_unless_0("beta_far", params.beta_far);
     for (std::size_t i = 0; i < params.log_weights.size(); ++i) {
         real_unless_0(kLogWeightNames[i], params.log_weights[i]);
     }
@@ -100,7 +105,7 @@ const char *kernel_constant(std::int32_t kernel)
 /// The C field of a TOML key.
 std::string field_of(const std::string &key)
 {
-    return key == "hits" ? "n_hits" : key == "free" ? "n_free" : key;
+    return key == "hits" || key == "free" || key == "fading" ? "n_" + key : key;
 }
 
 } // namespace

@@ -1,5 +1,7 @@
 #include "tools/lib/protocol.hpp"
 
+#include "tools/lib/surface.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -31,14 +33,6 @@ TestPoint point_along(const Scan &scan, std::size_t i_beam, double distance_m, b
             std::abs(double{scan.ranges_m[i_beam]} - distance_m) <= kBand};
 }
 
-/// Put n of the readings, chosen at random without repetition, at the front; n <= their count.
-void choose_first(std::vector<Reading> &readings, std::size_t n, ProtocolRandom &random)
-{
-    for (std::size_t i = 0; i < n; ++i) {
-        std::swap(readings[i], readings[i + random.below(readings.size() - i)]);
-    }
-}
-
 std::vector<TestPoint> held_out_points(const std::vector<Scan> &scans,
                                        std::vector<Reading> &readings, ProtocolRandom &random)
 {
@@ -49,9 +43,8 @@ std::vector<TestPoint> held_out_points(const std::vector<Scan> &scans,
         const Scan &scan = scans[readings[i].i_scan];
         const double range_m = double{scan.ranges_m[readings[i].i_beam]};
         const bool occupied = i < n;
-        const double distance_m = occupied
-                                      ? range_m + kBeyondReturn
-                                      : free_distance(range_m, i % 2 == 0, random.uniform());
+        const double distance_m = occupied ? range_m + kBeyondReturn
+                                           : free_distance(range_m, i % 2 == 0, random.uniform());
         points.push_back(point_along(scan, readings[i].i_beam, distance_m, occupied));
     }
     return points;
@@ -104,6 +97,15 @@ double squared_distance(gpom_point_t point, const GridBeam &beam)
 
 } // namespace
 
+std::vector<gpom_point_t> places_of(const std::vector<TestPoint> &points)
+{
+    std::vector<gpom_point_t> places;
+    for (const TestPoint &point : points) {
+        places.push_back(point.at);
+    }
+    return places;
+}
+
 double free_distance(double range_m, bool in_band, double share)
 {
     const double most_m = std::max(range_m - kShortOfReturn, 0.0);
@@ -111,11 +113,11 @@ double free_distance(double range_m, bool in_band, double share)
     return least_m + share * std::max(most_m - least_m, 0.0);
 }
 
-std::vector<Scan> read_log(const std::string &path, double range_max_m)
+std::vector<Scan> read_log(const std::string &path, const ReadOptions &options)
 {
-    std::vector<Scan> scans = read_scans(path, {range_max_m});
+    std::vector<Scan> scans = read_scans(path, options);
     for (Scan &scan : scans) { // scans of a CSV file know their own
-        scan.range_max_m = std::min(scan.range_max_m, range_max_m);
+        scan.range_max_m = std::min(scan.range_max_m, options.range_max_m);
     }
     return scans;
 }
@@ -165,14 +167,16 @@ LogSplit split_log_runs(const std::vector<Scan> &scans, double fraction, std::ui
 
 std::vector<TestPoint> street_points(const Truth &truth, std::size_t n, std::uint64_t seed)
 {
+    constexpr double kSearched = 2.0 * kBand;
     ProtocolRandom random(seed);
     std::vector<TestPoint> points;
     for (std::size_t i = 0; i < n; ++i) {
         const auto ix = static_cast<int>(random.below(static_cast<std::size_t>(truth.nx)));
         const auto iy = static_cast<int>(random.below(static_cast<std::size_t>(truth.ny)));
-        points.push_back(
-            {{truth.x0_m + (ix + 0.5) * truth.cell_m, truth.y0_m + (iy + 0.5) * truth.cell_m},
-             truth.at(ix, iy)});
+        const gpom_point_t centre = {truth.x0_m + (ix + 0.5) * truth.cell_m,
+                                     truth.y0_m + (iy + 0.5) * truth.cell_m};
+        const bool in_band = std::abs(signed_distance(truth, centre, kSearched)) <= kBand;
+        points.push_back({centre, truth.at(ix, iy), in_band});
     }
     return points;
 }

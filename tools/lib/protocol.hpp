@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace gpom_tools
@@ -40,18 +41,30 @@ private:
     std::mt19937_64 bits_;
 };
 
+/// Put n of the items, chosen at random without repetition, at the front; n <= their count.
+template <class Item>
+void choose_first(std::vector<Item> &items, std::size_t n, ProtocolRandom &random)
+{
+    for (std::size_t i = 0; i < n; ++i) {
+        std::swap(items[i], items[i + random.below(items.size() - i)]);
+    }
+}
+
 struct TestPoint {
     gpom_point_t at;
     bool occupied;
-    bool in_band = false; ///< Of a log: within kBand of the return of its beam.
+    bool in_band = false; ///< Within kBand of its beam's return, or of a street's true surface.
 };
+
+std::vector<gpom_point_t> places_of(const std::vector<TestPoint> &points);
 
 /// Where on a beam with a return a free point lies [m], `share` of the way from 0 to 1: of all that
 /// lies kShortOfReturn or more before the return, or of what is in the band alone.
 double free_distance(double range_m, bool in_band, double share);
 
-/// All scans of a log; the usable range of none is longer than range_max_m. Throws FileError.
-std::vector<Scan> read_log(const std::string &path, double range_max_m);
+/// All scans of a log; the usable range of none is longer than options.range_max_m. Throws
+/// FileError.
+std::vector<Scan> read_log(const std::string &path, const ReadOptions &options);
 
 /// At most n scans, evenly taken, the first and the last among them.
 std::vector<Scan> evenly_taken(std::vector<Scan> scans, std::size_t n);

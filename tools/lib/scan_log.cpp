@@ -1,13 +1,20 @@
 #include "tools/lib/scan_log.hpp"
 
+#include "tools/lib/carmen_log.hpp"
+#include "tools/lib/laser_angles.hpp"
 #include "tools/lib/text_lines.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <set>
 
 namespace gpom_tools
 {
 namespace
 {
-
-constexpr double kDegree = 3.14159265358979323846 / 180.0;
 
 void parse_ranges(const std::vector<std::string_view> &fields, std::size_t i_first,
                   std::vector<float> &ranges_m, const Place &place)
@@ -16,6 +23,18 @@ void parse_ranges(const std::vector<std::string_view> &fields, std::size_t i_fir
         const auto name = [&] { return "range " + std::to_string(i); };
         const std::string_view text = fields[i_first + i];
         ranges_m[i] = parse_number<float>(text, name(), place);
+    }
+}
+
+void require_radians(const Scan &scan, const Place &place)
+{
+    constexpr double kTurns_max = 2.0;
+    const double n_steps = static_cast<double>(scan.ranges_m.size()) - 1.0;
+    const double n_turns = std::abs(scan.angle_step_rad) * n_steps / (360.0 * kDegree);
+    if (n_turns > kTurns_max) {
+        std::string text = "the beams of this scan go over ";
+        append_number(text, std::round(n_turns * 10.0) / 10.0);
+        place.fail(text + " turns; angles are in radians, and angle_step looks like degrees");
     }
 }
 
@@ -41,78 +60,74 @@ Scan parse_csv(const std::vector<std::string_view> &fields, const Place &place)
         place.fail("range_max must be over 0, is " + std::string(fields[6]));
     }
     scan.ranges_m.resize(fields.size() - n_head);
+    require_radians(scan, place);
     parse_ranges(fields, n_head, scan.ranges_m, place);
     return scan;
 }
 
-Scan parse_flaser(const std::vector<std::string_view> &fields, double range_max_m,
-                  const Place &place)
+/// Nearly all scans of a file have as many ranges, as of one laser: what is there of the others.
+std::vector<std::string> notes_on_counts(const std::vector<Scan> &scans)
 {
-    constexpr std::size_t n_other = 11; // FLASER n, two poses, time, host, log_time
-    const int n = fields.size() > 1 ? parse_number<int>(fields[1], "number of ranges", place) : 0;
-    if (n < 1 || n > kScanBeamsMax) {
-        place.fail("FLASER needs 1 to " + std::to_string(kScanBeamsMax) + " ranges, says " +
-                   std::to_string(n));
+    std::map<std::size_t, std::size_t> n_scans_of;
+    for (const Scan &scan : scans) {
+        ++n_scans_of[scan.ranges_m.size()];
     }
-    const auto n_ranges = static_cast<std::size_t>(n);
-    if (fields.size() != n_ranges + n_other) {
-        place.fail("FLASER of " + std::to_string(n) + " ranges needs " +
-                   std::to_string(n_ranges + n_other) + " fields, has " +
-                   std::to_string(fields.size()));
+    const auto most =
+        std::max_element(n_scans_of.begin(), n_scans_of.end(),
+                         [](const auto &a, const auto &b) { return a.second < b.second; });
+    const std::size_t n_others = scans.size() - (scans.empty() ? 0 : most->second);
+    if (n_others == 0 || 10 * n_others > scans.size()) {
+        return {};
     }
-    Scan scan;
-    scan.x_m = parse_finite(fields[n_ranges + 2], "x", place);
-    scan.y_m = parse_finite(fields[n_ranges + 3], "y", place);
-    scan.theta_rad = parse_finite(fields[n_ranges + 4], "theta", place);
-    scan.t_s = parse_finite(fields[n_ranges + 8], "time", place);
-    scan.angle_min_rad = -90.0 * kDegree;
-    scan.angle_step_rad = (n <= 181 ? 1.0 : 0.5) * kDegree;
-    scan.range_max_m = range_max_m;
-    scan.ranges_m.resize(n_ranges);
-    parse_ranges(fields, 2, scan.ranges_m, place);
-    return scan;
+    const auto first = std::find_if(scans.begin(), scans.end(), [&](const Scan &scan) {
+        return scan.ranges_m.size() != most->first;
+    });
+    return {std::to_string(n_others) + " of " + std::to_string(scans.size()) +
+            " scans do not have " + std::to_string(most->first) +
+            " ranges as the others do; the first is scan " +
+            std::to_string(first - scans.begin() + 1) + ", with " +
+            std::to_string(first->ranges_m.size()) + ": is the file cut there?"};
 }
 
-/// CARMEN lines begin with a message's name in capitals and a blank: `ODOM 1.0 ...`.
-bool looks_like_carmen(std::string_view line)
+/// What readings of 0 and too near ones mean.
+void apply_range_min(std::vector<Scan> &scans, const ReadOptions &options)
 {
-    const std::size_t n = std::min(line.find_first_of(" \t"), line.size());
-    return line[0] >= 'A' && line[0] <= 'Z' &&
-           line.substr(0, n).find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789") ==
-               std::string_view::npos;
-}
-
-/// Times can be told apart if they never go backwards and are half as many as the scans, as of two
-/// lasers that scan together, or more. A few digits of the seconds since 1970 are fewer.
-bool are_times_sound(const std::vector<Scan> &scans)
-{
-    std::size_t n_times = 1;
-    for (std::size_t i = 1; i < scans.size(); ++i) {
-        if (scans[i].t_s < scans[i - 1].t_s) {
-            return false;
+    const auto range_min_m = static_cast<float>(options.range_min_m);
+    constexpr float kNoReturn = std::numeric_limits<float>::infinity();
+    const float too_near =
+        options.is_too_near_no_return ? kNoReturn : std::numeric_limits<float>::quiet_NaN();
+    for (Scan &scan : scans) {
+        for (float &range_m : scan.ranges_m) {
+            if (range_m == 0.0f && options.is_zero_no_return) {
+                range_m = kNoReturn;
+            } else if (range_m > 0.0f && range_m < range_min_m) {
+                range_m = too_near;
+            }
         }
-        n_times += scans[i].t_s > scans[i - 1].t_s ? 1u : 0u;
     }
-    return n_times > 1 && 2 * n_times >= scans.size();
 }
 
-void mend_times(std::vector<Scan> &scans)
+void require_scans(const ScanLog &log, const Place &place)
 {
-    if (are_times_sound(scans)) {
+    if (!log.scans.empty()) {
         return;
     }
-    for (std::size_t i = 0; i < scans.size(); ++i) {
-        scans[i].t_s = static_cast<double>(i);
+    std::string text = "no scans in this file; need CSV scans or CARMEN FLASER, ROBOTLASER or "
+                       "RAWLASER lines";
+    for (const std::string &note : log.notes) {
+        text += "; " + note;
     }
+    place.fail(text);
 }
 
 } // namespace
 
-std::vector<Scan> read_scans(const std::string &path, const ReadOptions &options)
+ScanLog read_scan_log(const std::string &path, const ReadOptions &options)
 {
     enum class Format { unknown, csv, carmen } format = Format::unknown;
-    LineReader reader(path, "CSV scans or a CARMEN log, plain or gzipped");
-    std::vector<Scan> scans;
+    LineReader reader(path, "CSV scans or a CARMEN log, plain, gzipped or packed with bzip2");
+    ScanLog csv;
+    CarmenLog carmen(options);
     std::vector<std::string_view> fields;
     std::string line;
     while (reader.next(line)) {
@@ -125,21 +140,30 @@ std::vector<Scan> read_scans(const std::string &path, const ReadOptions &options
         }
         if (format == Format::csv) {
             split_commas(text, fields);
-            scans.push_back(parse_csv(fields, reader.place()));
-            continue;
+            csv.scans.push_back(parse_csv(fields, reader.place()));
+            reader.require_line_end();
+        } else {
+            split_blanks(text, fields);
+            carmen.take(fields, reader.place());
         }
-        split_blanks(text, fields);
-        if (fields[0] == "FLASER") {
-            scans.push_back(parse_flaser(fields, options.range_max_m, reader.place()));
+    }
+    csv.notes = notes_on_counts(csv.scans);
+    ScanLog log = format == Format::carmen ? carmen.finish() : std::move(csv);
+    require_scans(log, reader.place());
+    apply_range_min(log.scans, options);
+    return log;
+}
+
+std::vector<Scan> read_scans(const std::string &path, const ReadOptions &options)
+{
+    static std::set<std::string> told;
+    ScanLog log = read_scan_log(path, options);
+    for (const std::string &note : log.notes) {
+        if (told.insert(path + ": " + note).second) {
+            std::fprintf(stderr, "%s: %s\n", path.c_str(), note.c_str());
         }
     }
-    if (scans.empty()) {
-        reader.place().fail("no scans in this file; need CSV scans or CARMEN FLASER lines");
-    }
-    if (format == Format::carmen) {
-        mend_times(scans);
-    }
-    return scans;
+    return std::move(log.scans);
 }
 
 std::string scans_csv(const std::vector<Scan> &scans, const std::string &header_comment)

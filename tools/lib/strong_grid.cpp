@@ -17,7 +17,6 @@ namespace
 constexpr double kBlurReach = 4.0; ///< Standard deviations.
 constexpr double kHitWeight = 4.0;
 constexpr double kHitPrior = 0.05; ///< Returns in a cell nobody has seen; as many passing beams.
-constexpr double kGap = 0.1;       ///< Beams count as free up to here before their return [m].
 constexpr double kShareBuilding = 0.8;
 constexpr std::size_t kLearningPoints = 3000;
 constexpr double kLearningClip = 1e-4;
@@ -86,8 +85,7 @@ CountPair counts_of(const std::vector<GridBeam> &beams, const gpom_raster_t &ras
     for (const GridBeam &beam : beams) {
         const double c = std::cos(beam.bearing_rad), s = std::sin(beam.bearing_rad);
         const double n = std::max(1.0, std::floor(beam.range_m / (0.5 * raster.cell_m)));
-        const double free_m = beam.hit ? beam.range_m - kGap : beam.range_m;
-        for (double i = 0.5; i < n && i / n * beam.range_m < free_m; i += 1.0) {
+        for (double i = 0.5; i < n; i += 1.0) {
             const double way_m = i / n * beam.range_m;
             add(counts.free, beam.x_m + way_m * c, beam.y_m + way_m * s, 0.5);
         }

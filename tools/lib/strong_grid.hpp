@@ -35,11 +35,11 @@ struct LogisticSample {
 /// method. Throws std::runtime_error if samples of one kind are missing.
 Logistic fit_logistic(const std::vector<LogisticSample> &samples);
 
-/// Returns and passing beams are counted by cell (a beam two samples a cell, each half a count, up
-/// to 0.1 m before its return), the counts blurred, returns weighing four times. From the share q
-/// of returns among all and their sum n a logistic function of logit q and logit q log(1 + n) makes
-/// probabilities. That function, and with it the width of the blur, is chosen on 3000 points along
-/// a fifth of the beams which is left out of the counts meanwhile.
+/// Returns and passing beams are counted by cell (a beam two samples a cell, each half a count),
+/// the counts blurred, returns weighing four times. From the share q of returns among all and their
+/// sum n a logistic function of logit q and logit q log(1 + n) makes probabilities. That function,
+/// and with it the width of the blur, is chosen on 3000 points along a fifth of the beams which is
+/// left out of the counts meanwhile.
 class StrongGrid {
 public:
     /// Throws std::runtime_error if the beams left out have no returns or the raster is too large.

@@ -11,20 +11,15 @@ constexpr std::size_t kLineBytesMax = std::size_t{1} << 20;
 } // namespace
 
 LineReader::LineReader(const std::string &path, std::string expected)
-    : path_(path), expected_(std::move(expected)), file_(gzopen(path.c_str(), "rb")),
-      buffer_(std::size_t{1} << 16)
+    : path_(path), expected_(std::move(expected)), file_(path), buffer_(std::size_t{1} << 16)
 {
-    if (file_ == nullptr) {
-        throw FileError(path, 0, std::string("cannot open: ") + std::strerror(errno));
-    }
 }
-
-LineReader::~LineReader() { gzclose_r(file_); }
 
 bool LineReader::next(std::string &line)
 {
     line.clear();
     ++n_lines_;
+    has_line_end_ = true;
     while (i_next_ < n_bytes_ || refill()) {
         const char *const start = buffer_.data() + i_next_;
         const std::size_t n_left = n_bytes_ - i_next_;
@@ -40,22 +35,27 @@ bool LineReader::next(std::string &line)
             return check_text(line);
         }
     }
+    has_line_end_ = false;
     return !line.empty() && check_text(line);
+}
+
+void LineReader::require_line_end() const
+{
+    if (!has_line_end_) {
+        place().fail("the file ends without the end of this line, so that its last number may be "
+                     "cut; add a line break if it is whole");
+    }
 }
 
 bool LineReader::refill()
 {
-    const int n = gzread(file_, buffer_.data(), static_cast<unsigned>(buffer_.size()));
-    int error = Z_OK;
-    const char *const text = gzerror(file_, &error);
-    if (n < 0 || (n == 0 && error == Z_BUF_ERROR)) {
-        place().fail(error == Z_BUF_ERROR ? "gzip data end too early; the file is truncated"
-                     : error == Z_ERRNO   ? std::string("cannot read: ") + std::strerror(errno)
-                                          : std::string("gzip data are damaged: ") + text);
-    }
+    std::string problem;
     i_next_ = 0;
-    n_bytes_ = static_cast<std::size_t>(n);
-    return n > 0;
+    n_bytes_ = file_.read(buffer_.data(), buffer_.size(), problem);
+    if (!problem.empty()) {
+        place().fail(problem);
+    }
+    return n_bytes_ > 0;
 }
 
 /// Comments may hold any bytes but control characters; data lines are ASCII.

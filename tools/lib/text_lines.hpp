@@ -3,8 +3,7 @@
 #define GPOM_TOOLS_LIB_TEXT_LINES_HPP
 
 #include "tools/lib/file_error.hpp"
-
-#include <zlib.h>
+#include "tools/lib/packed_file.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -26,19 +25,20 @@ struct Place {
     }
 };
 
-/// Lines of a plain or gzipped file, checked to be text. Throws FileError.
+/// Lines of a plain, gzipped or bzip2 file, checked to be text. Throws FileError.
 class LineReader {
 public:
     /// `expected` says in errors what the file should hold, e.g. "CSV scans".
     LineReader(const std::string &path, std::string expected);
-    ~LineReader();
-    LineReader(const LineReader &) = delete;
-    LineReader &operator=(const LineReader &) = delete;
 
     Place place() const { return {path_, n_lines_}; }
 
     /// The next line without its end; false at the end of the file.
     bool next(std::string &line);
+
+    /// Throws if the file ends before the end of the line that next() gave last: where its last
+    /// field is a number that counts, it may be cut, and nothing else tells.
+    void require_line_end() const;
 
 private:
     bool refill();
@@ -46,9 +46,10 @@ private:
 
     const std::string &path_;
     std::string expected_;
-    gzFile file_;
+    PackedFile file_;
     std::vector<char> buffer_;
     std::size_t i_next_ = 0;
+    bool has_line_end_ = true;
     std::size_t n_bytes_ = 0;
     int n_lines_ = 0;
 };

@@ -46,19 +46,18 @@ Says says(const Scan &scan, gpom_point_t at)
     return all;
 }
 
-bool is_unchanged(const TestPoint &point, const std::vector<Scan> &scans)
+/// Whether a place that was occupied is so still.
+bool is_unchanged(gpom_point_t at, const std::vector<Scan> &scans)
 {
-    const Says otherwise = point.occupied ? Says::kFree : Says::kOccupied;
-    int n_otherwise = 0;
-    for (auto scan = scans.rbegin(); scan != scans.rend() && n_otherwise < kChangedScans; ++scan) {
-        const Says said = says(*scan, point.at);
-        if (said == otherwise) {
-            ++n_otherwise;
-        } else if (said != Says::kNothing) {
+    int n_through = 0;
+    for (auto scan = scans.rbegin(); scan != scans.rend() && n_through < kChangedScans; ++scan) {
+        const Says said = says(*scan, at);
+        if (said == Says::kOccupied) {
             return true;
         }
+        n_through += said == Says::kFree ? 1 : 0;
     }
-    return n_otherwise < kChangedScans;
+    return n_through < kChangedScans;
 }
 
 } // namespace
@@ -67,8 +66,9 @@ std::vector<TestPoint> unchanged_points(const std::vector<TestPoint> &points,
                                         const std::vector<Scan> &scans)
 {
     std::vector<TestPoint> unchanged;
-    std::copy_if(points.begin(), points.end(), std::back_inserter(unchanged),
-                 [&](const TestPoint &point) { return is_unchanged(point, scans); });
+    std::copy_if(
+        points.begin(), points.end(), std::back_inserter(unchanged),
+        [&](const TestPoint &point) { return !point.occupied || is_unchanged(point.at, scans); });
     return unchanged;
 }
 

@@ -1,0 +1,47 @@
+"""gpom-results: every table, twice the same, and what is left out."""
+
+
+def results(run, tool, data, out, *more):
+    return run("gpom-results", "--build", tool("gpom-eval").parent, "--data", data, "--out", out,
+               *more)
+
+
+def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool, log, tmp_path):
+    (tmp_path / "seattle.log.gz").symlink_to(log("seattle.log.gz"))
+    texts = []
+    for name in ("a.md", "b.md"):
+        done = results(run, tool, tmp_path, tmp_path / name, "--seeds", "0,1", "--fractions",
+                       "0.04", "--streets", 1, "--points", 100, "--live-seeds", 2, "--drive", 0,
+                       "--odometry", 0)
+        assert done.returncode == 0, done.stderr
+        assert "intel left out" in done.stdout
+        texts.append((tmp_path / name).read_text(encoding="utf-8"))
+    text = texts[0]
+    assert texts[1] == text and str(tmp_path) not in text
+    assert "Logs left out, not in the data folder: intel, csail, campus-west, acapulco." in text
+    for words in ("held-out beams, 4 %", "held-out runs", "Streets, within 5 m", "| 32 + 32 |",
+                  "| 256 + 256 |",
+                  "gpom-eval log --scans $DATA/seattle.log.gz", "`$SEED` = 0, 1",
+                  "| seattle | strong grid |", "| **mean** | OctoMap |"):
+        assert words in text
+    assert text.count("```\ngpom-") == 9
+    assert text.count("| p = .5 at [m] |") == 4  # beams, runs, streets, live maps
+    assert "| seattle | live map, learnt |" in text
+    assert "| seattle | live map, indoor.toml |" in text
+    assert "Rivals left out: no share 1.0" in text
+    assert "--training-of $SEED" in text and "NLL, band" in text
+    assert "0.3 m before it" not in text
+    assert "| seattle | kept |" in text and "| seattle | as many at random |" in text
+    assert "--method lml --out $STREETS/seattle-0.04-seed-$SEED/lml.toml" in text
+    assert "| seattle | GP, lml |" in text and "| best |" in text
+    assert "gpom-learn --scans $DATA/seattle.log.gz" in text
+
+
+def test_results_of_nothing_are_refused(run, tool, tmp_path):
+    done = results(run, tool, tmp_path, tmp_path / "out.md", "--streets", 0, "--drive", 0,
+                   "--odometry", 0)
+    assert done.returncode == 2
+    assert done.stderr == "gpom-results: nothing to judge: no logs, no streets and no drives\n"
+    done = results(run, tool, tmp_path, tmp_path / "out.md", "--seeds", "x")
+    assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "--seeds" in done.stderr
+    assert list(tmp_path.iterdir()) == []
