@@ -10,25 +10,8 @@ namespace gpom
 namespace
 {
 
-/// Greatest cell number; float64 tells neighbouring cells apart far beyond it.
-constexpr double kCellNumberMax = 1e9;
-
-/// However large, cells about the map frame's zero are four.
-constexpr uint32_t kFocusCellsMin = 4;
-
 constexpr double kVarianceSteps = 255.0;
 constexpr double kProbabilitySteps = 65535.0;
-
-// Written so that a NaN fails.
-bool is_between(double x, double low, double high) { return x >= low && x <= high; }
-
-double magnitude(double x) { return x < 0.0 ? -x : x; }
-
-/// How far the origin may lie so that cells within reach of it have numbers.
-bool has_cell_numbers(double origin_m, double cell_m)
-{
-    return (magnitude(origin_m) + 2.0 * GPOM_REACH_M) / cell_m <= kCellNumberMax;
-}
 
 // In double, where the products are exact.
 uint32_t quantised_probability(float probability)
@@ -161,30 +144,6 @@ uint32_t milliseconds_since(int64_t stamp0_us, int64_t stamp_us)
     }
     const uint64_t ms = (static_cast<uint64_t>(stamp_us) - static_cast<uint64_t>(stamp0_us)) / 1000;
     return ms < UINT32_MAX ? static_cast<uint32_t>(ms) : UINT32_MAX;
-}
-
-bool is_lowres_config(const gpom_config_t &config)
-{
-    if (!is_between(static_cast<double>(config.lowres_reach_m), 0.0, GPOM_REACH_M) ||
-        !is_between(static_cast<double>(config.lowres_unknown), 0.0, 1.0)) {
-        return false;
-    }
-    if (config.lowres_nx == 0 && config.lowres_ny == 0) {
-        return config.focus_cell_max == 0;
-    }
-    if (config.focus_cell_max > 0 && config.focus_cell_max < kFocusCellsMin) {
-        return false;
-    }
-    if (config.lowres_nx == 0 || config.lowres_ny == 0 ||
-        !is_between(config.lowres_cell_m, 1e-3, 1e6)) {
-        return false;
-    }
-    if (config.lowres_rolling != 0) {
-        return has_cell_numbers(config.origin_x_m, config.lowres_cell_m) &&
-               has_cell_numbers(config.origin_y_m, config.lowres_cell_m);
-    }
-    return is_between(config.lowres_x0_m, -1e12, 1e12) &&
-           is_between(config.lowres_y0_m, -1e12, 1e12);
 }
 
 int32_t cell_number(double x_m, double x0_m, double cell_m)

@@ -86,8 +86,11 @@ struct Lowres {
     uint8_t has_stamp0;
 };
 
-/// What the raster can be made of; shared by gpom_map_bytes() and gpom_map_init().
-bool is_lowres_config(const gpom_config_t &config);
+/// Greatest cell number; float64 tells neighbouring cells apart far beyond it.
+constexpr double kCellNumberMax = 1e9;
+
+/// However large, cells about the map frame's zero are four.
+constexpr uint32_t kFocusCellsMin = 4;
 
 /// Cells of both layers.
 constexpr uint64_t lowres_cell_count(const gpom_config_t &config)

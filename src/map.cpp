@@ -1,8 +1,8 @@
 #include "src/map.hpp"
 
 #include "src/assert.hpp"
+#include "src/config_check.hpp"
 
-#include <float.h>
 #include <string.h>
 
 void gpom_config_init(gpom_config_t *config)
@@ -20,52 +20,6 @@ void gpom_config_init(gpom_config_t *config)
 
 namespace
 {
-
-/// Least keep_m besides 0 [m]: places are not known to less, and squares of far less vanish.
-constexpr float kKeepMin_m = 1e-3f;
-
-bool is_valid_capacity(const gpom_config_t &config)
-{
-    const uint64_t n_cells = gpom::lowres_cell_count(config);
-    return config.beam_max >= 1 && config.beam_max <= GPOM_BEAM_MAX && n_cells <= GPOM_CELL_MAX &&
-           4096 + 62 * uint64_t{config.beam_max} + 8 * n_cells <= SIZE_MAX; // on 32 bits
-}
-
-bool is_finite(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
-
-bool is_length(float length_m)
-{
-    return length_m >= 0.0f && length_m <= static_cast<float>(GPOM_REACH_M);
-}
-
-gpom_status_t check_config(const gpom_config_t *config)
-{
-    if (config == nullptr || config->struct_bytes != sizeof(gpom_config_t)) {
-        return GPOM_ERR_ARG;
-    }
-    if (!is_valid_capacity(*config) || config->walk_max < 1) {
-        return GPOM_ERR_ARG;
-    }
-    const bool keep_ok =
-        is_length(config->keep_m) && (config->keep_m >= kKeepMin_m || config->keep_m == 0.0f) &&
-        is_length(config->far_m) && config->rebase_m >= 0.0f &&
-        config->rebase_m <= static_cast<float>(0.5 * GPOM_REACH_M) && config->old_s >= 0.0f &&
-        config->old_s <= FLT_MAX && config->clear_scans <= 4 && config->clear_scans != 1 &&
-        (config->clear_scans == 0 || config->keep_m > 0.0f);
-    if (!keep_ok) {
-        return GPOM_ERR_ARG;
-    }
-    if (config->rebase_m > 0.0f && config->params.frame == GPOM_FRAME_MAP) {
-        return GPOM_ERR_ARG; // answers would depend on where the origin is
-    }
-    if (!is_finite(config->origin_x_m) || !is_finite(config->origin_y_m)) {
-        return GPOM_ERR_ARG;
-    }
-    if (!gpom::is_lowres_config(*config)) {
-        return GPOM_ERR_ARG;
-    }
-    return gpom_params_check(&config->params, nullptr);
-}
 
 /// Point the map's arrays at their places in its memory.
 void carve_arrays(gpom_map &map, const gpom::MapLayout &layout)
@@ -101,7 +55,7 @@ gpom::Noise noise_in(const gpom_config_t &config, float prior_variance)
 
 size_t gpom_map_bytes(const gpom_config_t *config)
 {
-    if (config == nullptr || !is_valid_capacity(*config)) {
+    if (config == nullptr || gpom::capacity_problem(*config) != gpom::ConfigProblem::none) {
         return 0;
     }
     return gpom::map_layout(config->beam_max, gpom::lowres_cell_count(*config)).total;
@@ -114,7 +68,10 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
         return GPOM_ERR_ARG;
     }
     *map = nullptr;
-    const gpom_status_t status = check_config(config);
+    if (config == nullptr || gpom::config_problem(*config) != gpom::ConfigProblem::none) {
+        return GPOM_ERR_ARG;
+    }
+    const gpom_status_t status = gpom_params_check(&config->params, nullptr);
     if (status != GPOM_OK) {
         return status;
     }

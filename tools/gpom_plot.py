@@ -7,6 +7,7 @@ coarse.png (the whole area in coarse cells, grid beside map) and window.png (a p
 of 0.1 m, with the variance).
 """
 import argparse
+import difflib
 import csv
 import json
 import os
@@ -390,7 +391,11 @@ def plot(folder, out):
 
 class OneLineParser(argparse.ArgumentParser):
     def error(self, message):
-        self.exit(EXIT_USAGE, f"{self.prog}: {message}; see {self.prog} --help\n")
+        options = list(self._option_string_actions)
+        meant = [near for word in message.split() if word.startswith("--")
+                 for near in difflib.get_close_matches(word.split("=")[0], options, 1)]
+        hint = f"; did you mean {meant[0]}?" if meant and meant[0] not in message else ""
+        self.exit(EXIT_USAGE, f"{self.prog}: {message}{hint}; see {self.prog} --help\n")
 
 
 def main():

@@ -2,7 +2,7 @@
 """Collect the map that gpomd publishes, and draw it, or print how gpomd is doing.
 
 Without an option the map is drawn in the terminal, once a second: `#` occupied, `.` free, `+`
-unsure, blank unknown, `R` the robot.
+unsure, blank unknown, `R` the robot; below it, what gpomd says is wrong.
 Exit code 1: --compare found a difference; 2: nothing came, or a wrong option.
 """
 import argparse
@@ -22,7 +22,7 @@ import numpy as np
 from gpom_plot import (InputError, OneLineParser, colour_bar, plt, read_raster, save, show,
                        show_probability)
 from matplotlib.colors import BoundaryNorm, ListedColormap
-from status_words import COUNTS, N_COUNTS, PROBLEMS, PROBLEMS_PLACE
+from status_words import COUNTS, N_COUNTS, PROBLEMS, PROBLEMS_PLACE, TYPES
 
 URL = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152"
 EXIT_DIFFERS, EXIT_USAGE = 1, 2
@@ -253,6 +253,49 @@ def compare(collected, path):
     return n_differ == 0
 
 
+# ---- the channels of the bus ---------------------------------------------------------------------
+
+class Channels:
+    """What comes on the bus: of each channel its last type and how much."""
+
+    def __init__(self, url):
+        check_route(url)
+        try:
+            self.bus = lcm.LCM(url)
+        except RuntimeError:
+            raise InputError(f"liblcm refuses {url}; its reason is above") from None
+        self.heard = {}  # fingerprint, messages, bytes
+        self.bus.subscribe(".*", self._take).set_queue_capacity(0)
+
+    def _take(self, channel, data):
+        _, n_messages, n_bytes = self.heard.get(channel, (0, 0, 0))
+        self.heard[channel] = int.from_bytes(data[:8], "big"), n_messages + 1, n_bytes + len(data)
+
+    def collect(self, seconds):
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            ready, _, _ = select.select([self.bus.fileno()], [], [], left)
+            if ready:
+                self.bus.handle()
+
+    def lines(self, seconds):
+        width = max(map(len, [*self.heard, "channel"]))
+        yield f"{'channel':{width}}  {'messages/s':>10}  {'bytes/s':>10}  type"
+        for channel, (fingerprint, n_messages, n_bytes) in sorted(self.heard.items()):
+            name = TYPES.get(fingerprint, f"not known, fingerprint 0x{fingerprint:016x}")
+            yield (f"{channel:{width}}  {n_messages / seconds:10.1f}  {n_bytes / seconds:10.0f}  "
+                   f"{name}")
+
+
+def list_channels(url, seconds):
+    channels = Channels(url)
+    channels.collect(seconds)
+    if not channels.heard:
+        raise InputError(f"nothing came in {seconds:g} s: nobody sends on {url}, or a firewall "
+                         "keeps it out")
+    print("\n".join(channels.lines(seconds)))
+
+
 # ---- pictures -----------------------------------------------------------------------------------
 
 def draw(collected, path):
@@ -319,8 +362,11 @@ def watch_live(watch, seconds):
 
 def run(arguments):
     """False: the map is another one than it was compared with."""
-    watch = Watch(arguments.url)
     seconds = arguments.seconds
+    if arguments.channels:
+        list_channels(arguments.url, seconds or 5)
+        return True
+    watch = Watch(arguments.url)
     if arguments.status:
         if not watch.collect(seconds or 5, lambda: watch.status is not None):
             raise InputError("no GPOM_STATUS came: gpomd is not running, or on another network")
@@ -356,6 +402,8 @@ def main():
     parser.add_argument("--compare", metavar="CSV", type=pathlib.Path,
                         help="is it the map that gpom-query --raster wrote, to the last code?")
     parser.add_argument("--status", action="store_true", help="print the next status as JSON")
+    parser.add_argument("--channels", action="store_true", help="list the channels of the bus, "
+                        "with their types by fingerprint and how much comes on them")
     parser.add_argument("--settled", action="store_true",
                         help="before, wait until no scan comes and nothing changes any more")
     parser.add_argument("--seconds", metavar="S", type=float, help="watch so long")

@@ -1,4 +1,15 @@
-"""Names and texts of what gpom.status_t counts, by the constants of lcmtypes/gpom_status_t.lcm."""
+"""Names and texts of what gpom.status_t counts, by the constants of lcmtypes/gpom_status_t.lcm.
+
+And the names of types by their fingerprints.
+"""
+TYPES = {
+    0x1543f68f9b5f9666: "gpom.scan_t", 0x428375daa5a20b5c: "gpom.map_t",
+    0x9c14d72b736bf503: "gpom.status_t", 0xdbecc97130af3fa6: "gpom.query_t",
+    0xefc9f7a58845fac3: "gpom.answer_t", 0xe3d17423180b5e8d: "bot_core.planar_lidar_t",
+    0x2e16efb052b0105e: "bot_core.pose_t", 0x89dc5b879a5056cf: "mbot_lcm_msgs.lidar_t",
+    0x1f317af1246276ac: "mbot_lcm_msgs.pose2D_t",
+    0xd5447e494a66cc92: "mbot_lcm_msgs.occupancy_grid_t",
+    0xe4b099a4cce13107: "occ_map.pixel_map_t"}
 COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "scans_out_of_reach",
           4: "scans_other_type", 5: "scans_corrupt", 6: "scans_malformed", 7: "scans_lost",
           8: "scans_repeated", 9: "scans_reordered", 10: "scans_too_old", 11: "scans_too_new",

@@ -140,6 +140,15 @@ typedef struct {
 /** Fill with the documented defaults. */
 GPOM_API void gpom_config_init(gpom_config_t *config);
 
+/** Check every field, hyperparameters included.
+ *
+ *  problem  NULL, or where a static one-line text "field: what is wrong" is put; NULL text if OK,
+ *           or if config is NULL.
+ *  Errors   GPOM_ERR_ARG (null, not from gpom_config_init, or a value out of range),
+ *           GPOM_ERR_PARAMS (of `params`; the text is that of gpom_params_check()). */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_config_check(const gpom_config_t *config,
+                                                        const char **problem);
+
 /** Exact bytes gpom_map_init() needs; 0 if config is NULL or a capacity is out of range. */
 GPOM_API size_t gpom_map_bytes(const gpom_config_t *config);
 
@@ -147,8 +156,8 @@ GPOM_API size_t gpom_map_bytes(const gpom_config_t *config);
  *
  *  mem        8-byte aligned, outlives the map, owned by the caller, not moved while in use.
  *  mem_bytes  at least gpom_map_bytes(config); GPOM_MAP_BYTES(beam_max, cell_max) suffices.
- *  Errors     GPOM_ERR_ARG (config not from gpom_config_init, or a value out of range),
- *             GPOM_ERR_PARAMS, GPOM_ERR_MEM. *map is NULL on any error.
+ *  Errors     GPOM_ERR_ARG, GPOM_ERR_PARAMS (gpom_config_check() names the field), GPOM_ERR_MEM.
+ *             *map is NULL on any error.
  *  Cost       O(low-resolution cells). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config,
                                                     void *mem, size_t mem_bytes);

@@ -220,8 +220,8 @@ void read_odometry(const TomlTable &can, CanConfig &config)
                               "timeout_s", "latency_s", "carry_s", "speed_scale_sd",
                               "yaw_rate_bias_sd", "speed_noise", "yaw_rate_noise"},
                              kRemove);
-    config.has_odometry = true;
     config.is_wheels = table.has("left") || table.has("right");
+    config.has_odometry = config.is_wheels || table.has("speed") || table.has("yaw_rate");
     if (config.is_wheels && (table.has("speed") || table.has("yaw_rate"))) {
         table.fail("left", "left: give either speed and yaw_rate, or left and right");
     }
@@ -231,9 +231,11 @@ void read_odometry(const TomlTable &can, CanConfig &config)
     } else if (table.has("track_m")) {
         table.fail("track_m", "track_m: only with left and right; remove it");
     }
-    config.signals[0] = read_signal(table, config.is_wheels ? "left" : "speed", config);
-    config.signals[1] = read_signal(table, config.is_wheels ? "right" : "yaw_rate", config);
-    read_messages(table, config);
+    if (config.has_odometry) {
+        config.signals[0] = read_signal(table, config.is_wheels ? "left" : "speed", config);
+        config.signals[1] = read_signal(table, config.is_wheels ? "right" : "yaw_rate", config);
+    }
+    read_messages(table, config); // refuses those of no signal
     config.latency_us = microseconds(number(table, "latency_s", 0.0, {-10.0, 10.0}));
     OdometryConfig &odometry = config.odometry;
     odometry.timeout_us = microseconds(number(table, "timeout_s", 0.2, {0.001, 10.0}));
@@ -346,7 +348,7 @@ void read_can(const TomlTable &root, CanConfig &config)
     }
     const TomlTable table = root.table("can");
     table.refuse_keys_beyond({"interface", "fd", "receive_bytes", "odometry", "publish"}, kRemove);
-    const std::string name = table.word("interface");
+    const std::string name = table.has("interface") ? table.word("interface") : "can0";
     if (name.empty() || name.size() >= sizeof config.interface) {
         table.fail("interface", "interface: must be a name of 1 to " +
                                     std::to_string(sizeof config.interface - 1) + " characters");

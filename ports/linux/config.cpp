@@ -218,7 +218,7 @@ void read_pose(const TomlTable &root, PoseConfig &config)
     const TomlTable table = root.table("pose");
     table.refuse_keys_beyond({"channel", "type", "sd", "gap_max_s", "wait_max_s", "hold_s"},
                              "; remove it");
-    config.type = type_of(table, "type", kPoseTypes);
+    config.type = table.has("type") ? type_of(table, "type", kPoseTypes) : PoseType::bot_pose;
     read_channel(table, "channel", "POSE", config.channel);
     if (table.has("sd")) {
         const std::vector<double> sd = tuple(table, "sd", 3);
@@ -439,15 +439,17 @@ void read_snapshot(const TomlTable &root, const std::string &path, Config &confi
     }
     const TomlTable table = root.table("snapshot");
     table.refuse_keys_beyond({"path", "period_s"}, "; remove it");
-    copy_word(table, "path", beside(path, table.word("path")), config.snapshot_path);
+    const std::string name = table.has("path") ? table.word("path") : "/var/lib/gpom/map";
+    copy_word(table, "path", beside(path, name), config.snapshot_path);
     config.snapshot_period_us = seconds_or(table, "period_s", 10.0, {0.1, 1e6});
 }
 
 /// Whatever else the library refuses.
 void check_map(const TomlTable &root, const gpom_config_t &map)
 {
-    if (gpom_map_bytes(&map) == 0) {
-        root.fail("map", "map: beam_max or the raster is out of range");
+    const char *problem = nullptr;
+    if (gpom_config_check(&map, &problem) != GPOM_OK) {
+        root.fail("map", "map: " + std::string(problem != nullptr ? problem : "out of range"));
     }
 }
 

@@ -8,6 +8,7 @@ import select
 import signal
 import socket
 import subprocess
+import threading
 import time
 
 import pytest
@@ -114,6 +115,8 @@ SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
 @pytest.mark.parametrize("parts, line, text", [
     ({"map": "beam_max = 0"}, 7, "map.beam_max: must be a whole number from 1 to 20000000"),
     ({"map": "beams = 5"}, 7, "map.beams: unknown key; remove it"),
+    ({"map": "beam_maks = 5"}, 7, "map.beam_maks: unknown key; did you mean beam_max?"),
+    ({"rest": "[snapshots]"}, 18, "snapshots: unknown key; did you mean snapshot?"),
     ({"map": "keep_m = 1e-4"}, 7, "map.keep_m: must be 0 or at least 0.001"),
     ({"map": "clear_scans = 1"}, 7, "map.clear_scans: must be 0, or 2 to 4 with keep_m over 0"),
     ({"raster": "nx = 5\nny = 5"}, 8, "raster.cell_m: missing; add it"),
@@ -169,19 +172,40 @@ def test_a_wrong_configuration_is_refused_with_file_line_and_field(parts, line, 
     assert text in done.stderr.replace(str(tmp_path) + "/", "")
 
 
-def test_the_shipped_configuration_is_good_and_says_the_defaults(tmp_path):
-    """Switching on everything that is commented out changes nothing but what it adds."""
-    shipped = ROOT / "ports" / "linux" / "gpomd.toml"
-    done = run("gpomd", "--config", shipped, "--check")
+SHIPPED = (ROOT / "ports" / "linux" / "gpomd.toml").read_text().replace("../..", str(ROOT))
+SETTING = re.compile(r"# [\w.]+ = ")  # a default in a comment
+EXAMPLE = re.compile(r"#     [\w.]+ = ")
+
+
+def checked(lines, tmp_path):
+    path = tmp_path / "shipped.toml"
+    path.write_text("\n".join(lines))
+    return run("gpomd", "--config", path, "--check")
+
+
+def with_comments_off(patterns, numbers=None):
+    """The lines of the shipped file, those that match switched on: all, or those of numbers."""
+    return [re.sub("^# +", "", line) if any(map(lambda p: p.match(line), patterns))
+            and (numbers is None or i in numbers) else line
+            for i, line in enumerate(SHIPPED.splitlines())]
+
+
+@pytest.mark.parametrize("number", [i for i, line in enumerate(SHIPPED.splitlines())
+                                    if SETTING.match(line)])
+def test_each_commented_line_of_the_shipped_configuration_is_right_by_itself(number, tmp_path):
+    """It is a default: what is said of the configuration stays the same."""
+    done = checked(with_comments_off([SETTING], {number}), tmp_path)
     assert done.returncode == 0, done.stderr
-    text = shipped.read_text().replace("../..", str(ROOT))
-    lines = [line[2:] if line.startswith("# ") and (" = " in line or line.startswith("# ["))
-             else line for line in text.splitlines()]
-    whole = tmp_path / "whole.toml"
-    whole.write_text("\n".join(line for line in lines if "--check" not in line))
-    again = run("gpomd", "--config", whole, "--check")
-    assert again.returncode == 0, again.stderr
-    assert again.stdout.split(";")[0] == done.stdout.split(";")[0]
+    plain = checked(SHIPPED.splitlines(), tmp_path)
+    assert plain.stdout.split(";")[0] == done.stdout.split(";")[0]
+
+
+def test_the_whole_shipped_configuration_is_right_with_its_examples_too(tmp_path):
+    for patterns in ([SETTING], [EXAMPLE], [SETTING, EXAMPLE]):
+        done = checked(with_comments_off(patterns), tmp_path)
+        assert done.returncode == 0, done.stderr
+    n_settings = sum(SETTING.match(line) is not None for line in SHIPPED.splitlines())
+    assert n_settings > 60 and sum(map(bool, map(EXAMPLE.match, SHIPPED.splitlines()))) == 3
 
 
 def test_without_a_multicast_route_all_say_so_in_one_sentence(street, tmp_path):
@@ -296,6 +320,50 @@ def test_gpom_watch_draws_the_map_and_prints_it(start, street, tmp_path):
     assert run("gpom-watch", "--seconds", "0.5").returncode == 0
 
 
+def test_gpom_watch_lists_the_channels_of_the_bus(start, peer):
+    """With the types that it knows, and the fingerprints of others."""
+    start()
+    watch, stop = Watch(URL), threading.Event()
+
+    def send():
+        for i in range(10**6):
+            if stop.wait(0.05):
+                return
+            watch.bus.publish("GPOM_SCAN", encoded(scan(peer, i)))
+            watch.bus.publish("CAMERA", bytes(range(1, 90)))
+    sender = threading.Thread(target=send)
+    sender.start()
+    try:
+        done = run("gpom-watch", "--channels", "--seconds", 2)
+    finally:
+        stop.set()
+        sender.join()
+    assert done.returncode == 0, done.stderr
+    head, *lines = done.stdout.splitlines()
+    assert head.split() == ["channel", "messages/s", "bytes/s", "type"]
+    rows = {line.split()[0]: line.split(None, 3)[1:] for line in lines}
+    assert rows["GPOM_SCAN"][2] == "gpom.scan_t" and rows["GPOM_STATUS"][2] == "gpom.status_t"
+    assert rows["CAMERA"][2] == "not known, fingerprint 0x0102030405060708"
+    for rate_hz, n_bytes in ((float(rows[name][0]), float(rows[name][1]))
+                             for name in ("GPOM_SCAN", "CAMERA")):
+        assert 0 < rate_hz <= 20.5 and n_bytes >= 89 * rate_hz - 50
+
+
 def test_gpom_watch_says_when_nothing_comes():
     done = run("gpom-watch", "--status", "--seconds", "0.5")
     assert done.returncode == 2 and "gpomd is not running" in done.stderr
+    done = run("gpom-watch", "--channels", "--seconds", "0.5")
+    assert done.returncode == 2 and "nobody sends on udpm://239.255.76.67" in done.stderr
+
+
+@pytest.mark.parametrize("command, meant", [
+    (["gpomd", "--confg", "x"], "--config"), (["gpom-replay", "--rat=3", "x"], "--rate"),
+    (["gpom-watch", "--stauts"], "--status"), (["gpom-query", "--scnas", "x"], "--scans"),
+    (["gpom-query", "--nothing-like-it"], None)])
+def test_a_mistyped_option_is_answered_with_what_was_meant(command, meant):
+    done = run(*command)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    if meant is None:
+        assert "did you mean" not in done.stderr
+    else:
+        assert f"; did you mean {meant}?; see {command[0]} --help" in done.stderr

@@ -128,6 +128,16 @@ def test_header_and_gpom_watch_know_every_place_of_the_status():
         place: name for name, place in places.items()}
     assert bits == {f"PROBLEM_{name.upper()}": bit
                     for bit, (name, _) in enumerate(status_words.PROBLEMS)}
+    assert status_words.TYPES == {lcm_schema.fingerprint(SCHEMAS[name], SCHEMAS): name
+                                  for name in MESSAGES}
+
+
+@pytest.mark.parametrize("name", status_words.COUNTS.values())
+def test_every_counter_has_a_row_in_the_readme(name):
+    """In the first column of the table of signs, under its own name."""
+    text = (ROOT / "ports" / "linux" / "README.md").read_text()
+    rows = [line.split("|")[1] for line in text.splitlines() if line.startswith("| ")]
+    assert any(f"`{name}`" in row for row in rows)
 
 
 @pytest.mark.parametrize("name", MESSAGES)

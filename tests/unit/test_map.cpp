@@ -1,6 +1,10 @@
 // The map's memory, configuration and bookkeeping.
 #include "tests/unit/reference.hpp"
 
+#include <functional>
+#include <string>
+#include <utility>
+
 using namespace reference;
 
 namespace
@@ -139,6 +143,61 @@ TEST_CASE("bad configurations are refused")
     config = small_config();
     config.params.sn2 = -1.0f;
     check_refused(config, GPOM_ERR_PARAMS);
+}
+
+// What is wrong is named by its field, before any memory is asked for.
+TEST_CASE("a bad configuration is refused by the name of its field")
+{
+    using Change = std::function<void(gpom_config_t &)>;
+    const std::pair<const char *, Change> cases[] = {
+        {"struct_bytes", [](gpom_config_t &c) { c.struct_bytes = 0; }},
+        {"beam_max", [](gpom_config_t &c) { c.beam_max = 0; }},
+        {"beam_max", [](gpom_config_t &c) { c.beam_max = GPOM_BEAM_MAX + 1; }},
+        {"focus_cell_max", [](gpom_config_t &c) { c.focus_cell_max = GPOM_CELL_MAX; }},
+        {"walk_max", [](gpom_config_t &c) { c.walk_max = 0; }},
+        {"keep_m", [](gpom_config_t &c) { c.keep_m = 1e-4f; }},
+        {"keep_m", [](gpom_config_t &c) { c.keep_m = kNan; }},
+        {"far_m", [](gpom_config_t &c) { c.far_m = -1.0f; }},
+        {"old_s", [](gpom_config_t &c) { c.old_s = kInf; }},
+        {"rebase_m", [](gpom_config_t &c) { c.rebase_m = 4001.0f; }},
+        {"rebase_m", [](gpom_config_t &c) { c.rebase_m = 20.0f; c.params.frame = GPOM_FRAME_MAP; }},
+        {"clear_scans", [](gpom_config_t &c) { c.clear_scans = 1; }},
+        {"clear_scans", [](gpom_config_t &c) { c.clear_scans = 2; }},
+        {"origin_x_m", [](gpom_config_t &c) { c.origin_x_m = static_cast<double>(kNan); }},
+        {"origin_y_m", [](gpom_config_t &c) { c.origin_y_m = static_cast<double>(kInf); }},
+        {"lowres_reach_m", [](gpom_config_t &c) { c.lowres_reach_m = 8001.0f; }},
+        {"lowres_unknown", [](gpom_config_t &c) { c.lowres_unknown = 1.1f; }},
+        {"focus_cell_max", [](gpom_config_t &c) { c.lowres_nx = c.lowres_ny = 0; }},
+        {"focus_cell_max", [](gpom_config_t &c) { c.focus_cell_max = 3; }},
+        {"lowres_nx", [](gpom_config_t &c) { c.lowres_nx = 0; }},
+        {"lowres_ny", [](gpom_config_t &c) { c.lowres_ny = 0; }},
+        {"lowres_cell_m", [](gpom_config_t &c) { c.lowres_cell_m = 0.0; }},
+        {"lowres_rolling", [](gpom_config_t &c) { c.lowres_rolling = 1; c.origin_x_m = 1e9; }},
+        {"lowres_x0_m", [](gpom_config_t &c) { c.lowres_x0_m = 1e13; }},
+        {"lowres_y0_m", [](gpom_config_t &c) { c.lowres_y0_m = static_cast<double>(kNan); }},
+        {"sn2", [](gpom_config_t &c) { c.params.sn2 = 0.0f; }}};
+    for (const auto &[field, change] : cases) {
+        CAPTURE(field);
+        gpom_config_t config = small_config();
+        config.lowres_nx = config.lowres_ny = 4;
+        config.lowres_cell_m = 0.5;
+        config.focus_cell_max = 4;
+        const char *problem = field;
+        REQUIRE(gpom_config_check(&config, &problem) == GPOM_OK);
+        REQUIRE(problem == nullptr);
+        change(config);
+        const gpom_status_t status = gpom_config_check(&config, &problem);
+        CHECK(status == (std::string(field) == "sn2" ? GPOM_ERR_PARAMS : GPOM_ERR_ARG));
+        REQUIRE(problem != nullptr);
+        const std::string text = problem;
+        CHECK(text.find(": ") != std::string::npos);
+        CHECK(text.substr(0, text.find(':')).find(field) != std::string::npos);
+        CHECK(gpom_config_check(&config, nullptr) == status);
+        check_refused(config, status);
+    }
+    const char *problem = "untouched";
+    CHECK(gpom_config_check(nullptr, &problem) == GPOM_ERR_ARG);
+    CHECK(problem == nullptr);
 }
 
 // The defaults are those of the header and make a map.

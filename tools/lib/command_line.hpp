@@ -2,12 +2,15 @@
 #ifndef GPOM_TOOLS_LIB_COMMAND_LINE_HPP
 #define GPOM_TOOLS_LIB_COMMAND_LINE_HPP
 
+#include "tools/lib/nearest_word.hpp"
+
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
 #include <exception>
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace gpom_tools
 {
@@ -26,6 +29,41 @@ inline int fail(const std::string &tool, std::string text)
     }
     std::fprintf(stderr, "%s: %s\n", tool.c_str(), text.c_str());
     return kExitUsage;
+}
+
+/// Options and subcommands of what was called.
+inline std::vector<std::string> known_words(const CLI::App &app)
+{
+    std::vector<std::string> words;
+    for (const CLI::Option *const option : app.get_options()) {
+        for (const std::string &name : option->get_lnames()) {
+            words.push_back("--" + name);
+        }
+    }
+    for (const CLI::App *const subcommand :
+         app.get_subcommands([](const CLI::App *) { return true; })) {
+        words.push_back(subcommand->get_name());
+    }
+    return words;
+}
+
+/// "; did you mean --scans?" for the first word that was not expected; empty: none is like it.
+inline std::string meant_instead(const CLI::App &app)
+{
+    for (const CLI::App *const called : app.get_subcommands()) {
+        const std::string meant = meant_instead(*called);
+        if (!meant.empty()) {
+            return meant;
+        }
+    }
+    for (const std::string &word : app.remaining()) {
+        const std::string name = word.substr(0, word.find('='));
+        const std::string meant = nearest_word(name, known_words(app));
+        if (!meant.empty()) {
+            return "; did you mean " + meant + "?";
+        }
+    }
+    return "";
 }
 
 /// A number in a range, both ends included; CLI::Range lets NaN pass.
@@ -59,7 +97,7 @@ inline int run_tool(CLI::App &app, int argc, const char *const *argv,
         std::fputs(app.help().c_str(), stdout);
         return 0;
     } catch (const CLI::ParseError &error) {
-        return fail(tool, std::string(error.what()) + "; see " + tool + " --help");
+        return fail(tool, error.what() + meant_instead(app) + "; see " + tool + " --help");
     } catch (const std::exception &error) {
         return fail(tool, error.what());
     }

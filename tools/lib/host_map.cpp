@@ -50,14 +50,10 @@ gpom_config_t live_config(const gpom_params_t &params, const LiveConfig &live, g
 
 HostMap::HostMap(const gpom_config_t &config) : map_bytes_(gpom_map_bytes(&config))
 {
-    if (map_bytes_ == 0) {
-        throw std::runtime_error("a map of " + std::to_string(config.beam_max) +
-                                 " beams is out of range; from 1 to " +
-                                 std::to_string(GPOM_BEAM_MAX));
-    }
     const char *problem = nullptr;
-    if (gpom_params_check(&config.params, &problem) == GPOM_ERR_PARAMS) {
-        throw std::runtime_error(problem);
+    if (gpom_config_check(&config, &problem) != GPOM_OK) {
+        throw std::runtime_error("map: " +
+                                 std::string(problem != nullptr ? problem : "bad parameters"));
     }
     memory_ = std::make_unique<std::uint64_t[]>((map_bytes_ + 7) / 8);
     require(gpom_map_init(&map_, &config, memory_.get(), map_bytes_), "map");

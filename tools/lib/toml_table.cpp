@@ -1,5 +1,7 @@
 #include "tools/lib/toml_table.hpp"
 
+#include "tools/lib/nearest_word.hpp"
+
 #include <fstream>
 #include <sstream>
 #include <utility>
@@ -206,7 +208,9 @@ void TomlTable::refuse_keys_beyond(const std::set<std::string> &known,
     for (const auto &[key, node] : table_) {
         const std::string name(key.str());
         if (known.count(name) == 0) {
-            fail(name, name + ": unknown key" + remedy);
+            const std::string meant = nearest_word(name, known);
+            fail(name, name + ": unknown key" +
+                           (meant.empty() ? remedy : "; did you mean " + meant + "?"));
         }
     }
 }

@@ -44,7 +44,7 @@ public:
     /// An array of tables inside, [[key]].
     std::vector<TomlTable> tables(const std::string &key) const;
 
-    /// `remedy` is put behind "unknown key".
+    /// Behind "unknown key" the key is put that was meant, or `remedy` if none is like it.
     void refuse_keys_beyond(const std::set<std::string> &known, const std::string &remedy) const;
 
 private:
