@@ -16,11 +16,12 @@ STAGES = ("past", "through")
 DOORS = (0.7, 0.8, 0.9)
 FREE = 0.3
 
-# What is measured today. The goal is a loss of 0.12 m at most.
-LOST_MAX = 0.21  # in the worst run, of the free width in the continuous map, past and through [m]
-LOST_PAST_MEDIAN_MAX = 0.45  # in the median run, when the robot only drove past [m]
-# Doors with the robots that get through in every run. The goal is {0.7: 0.25, 0.8: 0.3, 0.9: 0.3}.
-RADIUS_THROUGH = {0.9: 0.3}
+# Measured: .07, .066 and .076 m in the worst of the runs once the robot drove through, .214, .094
+# and .078 in the median one where it only drove past.
+LOST_MAX = 0.12  # of the free width in the continuous map, in every run [m]
+LOST_PAST_MEDIAN_MAX = 0.25  # in the median run, when the robot only drove past [m]
+# Doors with the robots that get through in every run.
+RADIUS_THROUGH = {0.7: 0.25, 0.8: 0.3, 0.9: 0.3}
 
 
 @pytest.fixture(scope="module")
@@ -127,12 +128,12 @@ def test_a_path_is_free_only_where_the_row_is_free(report):
     assert 0 < n_free < 2 * len(doors_of(report))
 
 
-def test_a_door_loses_no_more_width_than_today(report):
+def test_a_door_keeps_its_width_but_for_12_cm(report):
     for door in doors_of(report, ["through"]):
         assert loss(door) <= LOST_MAX
 
 
-def test_a_door_that_the_robot_only_passed_loses_no_more_than_today(report):
+def test_a_door_that_the_robot_only_passed_keeps_most_of_its_width(report):
     for i, width_m in enumerate(DOORS):
         losses = sorted(loss(run["past"]["doors"][i]) for run in report["runs"])
         assert losses[RUNS // 2] <= LOST_PAST_MEDIAN_MAX, width_m
