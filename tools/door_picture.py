@@ -17,7 +17,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 P_OCCUPIED = 0.7
-UNKNOWN_COLOUR = "#c8d8f0"
 # Okabe and Ito (2008): told apart by colour-blind eyes.
 WALL_COLOUR, FREE_COLOUR = "#d55e00", "#0072b2"
 STAGES = {"past": "After the drive past the doors",
@@ -49,8 +48,8 @@ def draw_classes(axes, picture, p_free):
     classes[p < 0.0] = np.nan
     x0_m, y0_m, cell_m = picture["x0_m"], picture["y0_m"], picture["cell_m"]
     extent = (x0_m, x0_m + cell_m * p.shape[1], y0_m, y0_m + cell_m * p.shape[0])
-    axes.set_facecolor(UNKNOWN_COLOUR)
-    show(axes, classes, extent, cmap=CLASS_COLOURS, vmin=0, vmax=2)
+    axes.set_facecolor(CLASS_COLOURS.colors[CLASSES.index("unknown")])
+    show(axes, classes, extent, cmap=CLASS_COLOURS, vmin=0, vmax=len(CLASSES) - 1)
 
 
 def free_stretch(width, p_free):
@@ -108,8 +107,8 @@ def draw(p_free, obstacles, doors, stage):
         draw_row(row, door, obstacles, p_free)
     for axes in rows[-1]:
         axes.set_xlabel("x [m]")
-    colours = [*zip(CLASSES, CLASS_COLOURS.colors), ("unknown", UNKNOWN_COLOUR)]
-    keys = [Patch(facecolor=colour, edgecolor="0.3", label=name) for name, colour in colours]
+    keys = [Patch(facecolor=colour, edgecolor="0.3", label=name)
+            for name, colour in zip(CLASSES, CLASS_COLOURS.colors)]
     keys += [Line2D([], [], color=WALL_COLOUR, label="true walls and door frames"),
              Line2D([], [], color=FREE_COLOUR, linewidth=2.5,
                     label="free width about the door's middle")]
