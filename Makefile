@@ -196,7 +196,7 @@ soak: gpomd $(BUILD)/gpom-sim ## Load gpomd for SOAK_S seconds, kill it KILLS ti
 	$(Q)GPOM_BUILD=$(abspath $(BUILD)) GPOM_SOAK_S=$(SOAK_S) GPOM_KILLS=$(KILLS) \
 	    build/venv/bin/python -m pytest -q -s -p no:cacheprovider tests/linux/test_endurance.py
 
-CARS = $(BUILD)/gpom-live cars --params tools/params/street.toml --scans 80 \
+CARS = $(BUILD)/gpom-live cars --params tools/params/street.toml --scans 80 --keep 0.1 \
        $(if $(SEED),--seed $(SEED))
 demo-cars: tools ## Vehicles leave (spurious returns or not) or arrive on a street: build/demo-cars
 	@mkdir -p build/demo-cars

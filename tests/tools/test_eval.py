@@ -554,7 +554,7 @@ def test_the_demo_learns_on_the_first_metres_of_a_log_and_maps_the_rest(tool, lo
 
 
 def test_the_way_must_be_longer_than_what_is_left_out(run, log, tmp_path):
-    done = run("gpom-eval", "log", "--scans", log("csail.log.gz"), "--params",
+    done = run("gpom-eval", "log", "--scans", log("seattle.log.gz"), "--params",
                PARAMS / "indoor.toml", "--after-metres", 1e6)
     refused(done, "gpom-eval", "--after-metres")
 

