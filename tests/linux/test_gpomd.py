@@ -79,11 +79,11 @@ def test_the_map_is_what_gpom_query_makes_of_the_same_scans(start, street, tmp_p
     answers = tmp_path / "answers.csv"
 
     def ask(*options):
-        done = run("gpom-query", "--live", "--keep", "0.1", "--scans", street, "--params", PARAMS,
-                   "--beam-max", 8000, "--out", answers, *options)
+        done = run("gpom-query", "--live", "--scans", street, "--params", PARAMS, "--beam-max",
+                   8000, "--out", answers, *options)
         assert done.returncode == 0, done.stderr
         return run("gpom-watch", "--settled", "--compare", answers)
-    same = ask("--raster", "0,50,1,70,60")
+    same = ask("--keep", 0.1, "--raster", "0,50,1,70,60")
     assert same.returncode == 0 and same.stdout.startswith("4200 of 4200 cells"), same
     other = ask("--raster", "0,50,1,70,60", "--keep", "0.5")
     assert other.returncode == 1 and "differ" in other.stdout, other
