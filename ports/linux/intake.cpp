@@ -57,7 +57,8 @@ bool is_rotation(const double (&q)[4])
 
 std::size_t Intake::need(const Config &config)
 {
-    return Memory::need<std::uint32_t>(config.intake.queue_scans + 1);
+    return Memory::need<std::uint32_t>(config.intake.queue_scans + 1) +
+           Memory::need<Latency>(config.n_sensors);
 }
 
 void Intake::init(const Config &config, Memory &memory, ScanQueue &queue, Counts &counts,
@@ -68,6 +69,7 @@ void Intake::init(const Config &config, Memory &memory, ScanQueue &queue, Counts
     counts_ = &counts;
     problems_ = &problems;
     frame_.init(config.jump);
+    latencies_ = memory.take<Latency>(config.n_sensors);
     for (std::size_t i = 0; i < config.n_sensors; ++i) {
         latencies_[i].init(config.sensors[i].sensor);
     }
@@ -257,8 +259,8 @@ Continuity Intake::follow(const StampedPose &pose)
     if (continuity == Continuity::jumps) {
         ++n_jumps_;
         poses_.begin_frame();
-        for (Latency &latency : latencies_) {
-            latency.begin_frame();
+        for (std::size_t i = 0; i < config_->n_sensors; ++i) {
+            latencies_[i].begin_frame();
         }
     }
     return continuity;

@@ -76,7 +76,7 @@ private:
     Counts *counts_ = nullptr;
     Problems *problems_ = nullptr;
     Track tracks_[kSensorsMax] = {};
-    Latency latencies_[kSensorsMax];
+    Latency *latencies_ = nullptr; ///< Of each sensor.
     PoseRing poses_;
     std::int64_t pose_arrived_us_ = 0; ///< When the newest pose came; monotonic.
     FrameJump frame_;

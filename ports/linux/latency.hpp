@@ -48,9 +48,9 @@ private:
     double difference(const Panorama &next, int shift) const;
 };
 
-/// Of one sensor. Used by one thread. A turn between two scans is found by shifting one over the
-/// other; the latency is the one at which the poses turn alike. Cost: 60,000 operations a scan, of
-/// 20 scans a second at most.
+/// Of one sensor; may begin as zeros. Used by one thread. A turn between two scans is found by
+/// shifting one over the other; the latency is the one at which the poses turn alike. Cost: 60,000
+/// operations a scan, of 20 scans a second at most.
 class Latency {
 public:
     void init(const gpom_sensor_t &sensor) { sensor_ = &sensor; }
