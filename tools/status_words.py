@@ -63,8 +63,8 @@ PROBLEMS = [  # by their bits, from the lowest on; the log of gpomd names channe
     ("scan_overrun", "more scans come than the map takes: lower intake.step_ops or send fewer"),
     ("scan_bad_pose", "the pose of a scan is not finite, or its covariance is none"),
     ("scan_out_of_reach", "a scan was taken over 8 km from map.origin: set that, or map.rebase_m"),
-    ("scan_unusable", "no reading of a scan says anything: the sensor is covered, or means "
-                      "something else"),
+    ("scan_unusable", "no reading of a scan says anything: the sensor is covered, or its driver "
+                      "means something else; see zero, range_min_m, masks"),
     ("scan_no_pose", "a scan had no pose after pose.wait_max_s: is the localiser running, is it "
                      "late?"),
     ("scan_pose_gap", "the poses about a scan are over pose.gap_max_s apart"),

@@ -232,11 +232,17 @@ void MapThread::note_unusable(const ScanSlot &slot, const gpom_stats_t &before,
     const struct {
         const char *name;
         std::uint64_t n;
-    } causes[] = {{"absent, there are none", slot.n_ranges == 0 ? UINT64_MAX : 0},
-                  {"NaN", after.beams_nan - before.beams_nan},
-                  {"0 or negative", after.beams_not_positive - before.beams_not_positive},
-                  {"below range_min_m", after.beams_too_near - before.beams_too_near},
-                  {"in the sensor's masks", after.beams_masked - before.beams_masked}};
+    } causes[] = {
+        {"missing, there are none: does the driver send empty scans?",
+         slot.n_ranges == 0 ? UINT64_MAX : 0},
+        {"NaN: the sensor is covered, or its driver means \"no return\" by it",
+         after.beams_nan - before.beams_nan},
+        {"0 or negative: the sensor is covered; if 0 is \"no return\", set zero = \"no_return\"",
+         after.beams_not_positive - before.beams_not_positive},
+        {"below range_min_m: the sensor is covered, or that is too high",
+         after.beams_too_near - before.beams_too_near},
+        {"in the sensor's masks: do these leave a bearing?",
+         after.beams_masked - before.beams_masked}};
     Problem problem = {GPOM_WIRE_PROBLEM_SCAN_UNUSABLE};
     problem.i_sensor = slot.i_sensor;
     std::uint64_t n_most = 0;

@@ -251,8 +251,7 @@ std::string pose_sentence(const Problem &p, const About &about, const Config &co
                                     "set map.origin near the robot, or map.rebase_m",
                                     p.value, p.limit);
     default:
-        return about.channel + ": all readings of a scan are " + p.text +
-               ": the sensor is covered, or its driver means something else by them";
+        return about.channel + ": all readings of a scan are " + p.text;
     }
 }
 

@@ -115,14 +115,14 @@ SCANS = [
      "gpom.scan_t on GPOM_SCAN: stamped 3… s ahead of this machine's clock: set the clocks of both "
      "(chrony, ntpd), or raise intake.ahead_max_s"),
     ("all NaN", lambda peer: [own(peer, ranges=[math.nan] * N_BEAMS)], "scan_unusable",
-     "GPOM_SCAN: all readings of a scan are NaN: the sensor is covered, or its driver means "
-     "something else by them"),
+     'GPOM_SCAN: all readings of a scan are NaN: the sensor is covered, or its driver means "no '
+     'return" by it'),
     ("all 0", lambda peer: [own(peer, ranges=[0.0] * N_BEAMS)], "scan_unusable",
-     "GPOM_SCAN: all readings of a scan are 0 or negative: the sensor is covered, or its driver "
-     "means something else by them"),
+     'GPOM_SCAN: all readings of a scan are 0 or negative: the sensor is covered; if 0 is "no '
+     'return", set zero = "no_return"'),
     ("no ranges", lambda peer: [own(peer, n_ranges=0, ranges=[])], "scan_unusable",
-     "GPOM_SCAN: all readings of a scan are absent, there are none: the sensor is covered, or its "
-     "driver means something else by them"),
+     "GPOM_SCAN: all readings of a scan are missing, there are none: does the driver send empty "
+     "scans?"),
     ("a pose that is NaN", lambda peer: [own(peer, pose=[math.nan, 0.0, 0.0])], "scan_bad_pose",
      "GPOM_SCAN: the pose of a scan is refused: x, y or yaw is not finite, or pose_cov is no "
      "covariance; x is nan m"),
