@@ -116,17 +116,17 @@ def test_the_headers_list_every_fingerprint():
 def test_header_and_gpom_watch_know_every_place_of_the_status():
     """Counters and problems, by the constants of the definition."""
     text = (lcm_schema.LCMTYPES / "gpom_status_t.lcm").read_text()
-    constants = dict(re.findall(r"const int32_t (\w+) = (\d+);", text))
+    constants = dict(re.findall(r"const int32_t (\w+) = (\d+);", text))  # places in counts
+    bits = dict(re.findall(r"const int8_t (PROBLEM_\w+) = (\d+);", text))
     header = (ROOT / "ports" / "codec" / "gpom_status.h").read_text()
     listed = dict(re.findall(r"GPOM_WIRE_(\w+) = (\d+),", header))
     states = {name for name in listed if name.startswith("STATE_")}
-    assert constants == {name: n for name, n in listed.items() if name not in states}
-    bits = {name: int(n) for name, n in constants.items() if name.startswith("PROBLEM_")}
-    places = {name: int(n) for name, n in constants.items() if name not in bits}
+    assert {**constants, **bits} == {name: n for name, n in listed.items() if name not in states}
+    places = {name: int(n) for name, n in constants.items()}
     assert places.pop("PROBLEMS") == status_words.PROBLEMS_PLACE
     assert {place: name.upper() for place, name in status_words.COUNTS.items()} == {
         place: name for name, place in places.items()}
-    assert bits == {f"PROBLEM_{name.upper()}": bit
+    assert bits == {f"PROBLEM_{name.upper()}": str(bit)
                     for bit, (name, _) in enumerate(status_words.PROBLEMS)}
     assert status_words.TYPES == {lcm_schema.fingerprint(SCHEMAS[name], SCHEMAS): name
                                   for name in MESSAGES}
