@@ -459,7 +459,8 @@ void Daemon::run()
     run_threads(signals);
     note_drops();
     log_problems();
-    log_jump(INT64_MAX);
+    jump_log_us_ = 0; // the last line is told in any case
+    log_jump(monotonic_us());
     log_drops();
     log("stopped after " + std::to_string(counts_[GPOM_WIRE_SCANS_INSERTED]) + " scans");
 }

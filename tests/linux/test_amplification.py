@@ -52,7 +52,7 @@ def test_a_pose_that_jumps_to_and_fro_fills_neither_the_log_nor_the_bus(start, p
     assert n_jumps > 100
     elapsed_s = time.monotonic() - start_s
     assert 0 < len(numbers) <= 2 + elapsed_s < n_jumps / 4
-    assert daemon.stop() == 0
+    assert daemon.stop() == 0, daemon.lines
     lines = [line for line in daemon.lines if "the map frame jumped" in line]
     assert 0 < len(lines) <= 2 + elapsed_s / 10
     assert any(f"({n_jumps} until now)" in line for line in lines)
