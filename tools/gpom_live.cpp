@@ -6,6 +6,7 @@
 #include "tools/lib/live_drive.hpp"
 #include "tools/lib/live_judge.hpp"
 #include "tools/lib/live_options.hpp"
+#include "tools/lib/live_seams.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/protocol.hpp"
 #include "tools/lib/scan_options.hpp"
@@ -23,6 +24,7 @@ struct Options {
     std::string params_path;
     std::string json_path;
     JudgeOptions judge;
+    std::size_t n_lines = 500;
     CarsTrial cars = default_cars();
     DoorTrial door;
     InsertBench bench{default_drive()};
@@ -48,28 +50,44 @@ void add_spurious_option(CLI::App &command, double &share)
         ->capture_default_str();
 }
 
-CLI::App *add_judge(CLI::App &app, Options &options)
+/// What says of which scans a map is made, and which of them judge it.
+void add_judge_options(CLI::App &command, JudgeOptions &judge)
 {
-    JudgeOptions &judge = options.judge;
-    CLI::App *const command =
-        add_command(app, "judge", "Accuracy against as many beams drawn at random", options);
     command
-        ->add_option("--scans", judge.scans_path, "Scans: CSV or CARMEN log, plain, gzip or bzip2")
+        .add_option("--scans", judge.scans_path, "Scans: CSV or CARMEN log, plain, gzip or bzip2")
         ->required()
         ->type_name("FILE");
-    command->add_option("--truth", judge.truth_path, "Ground truth of a street, PGM image")
+    command.add_option("--truth", judge.truth_path, "Ground truth of a street, PGM image")
         ->type_name("FILE");
-    command->add_option("--range-max", judge.reading.range_max_m,
-                        "Usable range of a log's sensor [m]");
-    add_scan_options(*command, judge.reading);
-    command->add_option("--fraction", judge.fraction, "Share of a log's returns that make the map")
+    command.add_option("--range-max", judge.reading.range_max_m,
+                       "Usable range of a log's sensor [m]");
+    add_scan_options(command, judge.reading);
+    command.add_option("--fraction", judge.fraction, "Share of a log's returns that make the map")
         ->check(CLI::Range(0.01, kTrainingShareMax));
-    add_spurious_option(*command, judge.spurious);
-    command->add_option("--points", judge.n_points, "Test points of a street")
+    command.add_option("--seed", judge.seed, "Seed of split, points and draws");
+    add_live_options(command, judge.live);
+    add_capacity_option(command, judge.live);
+}
+
+CLI::App *add_judge(CLI::App &app, Options &options)
+{
+    CLI::App *const command =
+        add_command(app, "judge", "Accuracy against as many beams drawn at random", options);
+    add_judge_options(*command, options.judge);
+    add_spurious_option(*command, options.judge.spurious);
+    command->add_option("--points", options.judge.n_points, "Test points of a street")
         ->check(CLI::Range(100, 1000000));
-    command->add_option("--seed", judge.seed, "Seed of split, points and draws");
-    add_live_options(*command, judge.live);
-    add_capacity_option(*command, judge.live);
+    return command;
+}
+
+CLI::App *add_seams(CLI::App &app, Options &options)
+{
+    CLI::App *const command =
+        add_command(app, "seams", "Where answers jump: along random lines of 1 m", options);
+    add_judge_options(*command, options.judge);
+    command->add_option("--lines", options.n_lines, "Number of lines")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str();
     return command;
 }
 
@@ -183,6 +201,13 @@ nlohmann::ordered_json judge_figures(Options &options)
     return judge_report(options.judge);
 }
 
+nlohmann::ordered_json seams_figures(Options &options)
+{
+    options.judge.params_path = options.params_path;
+    options.judge.n_points = options.n_lines;
+    return seams_report(options.judge, options.n_lines);
+}
+
 void report(const Options &options, const nlohmann::ordered_json &figures)
 {
     const std::string text = figures.dump(1) + "\n";
@@ -202,12 +227,14 @@ int main(int argc, char **argv)
     Options options;
     app.require_subcommand(1);
     const CLI::App *const judge = add_judge(app, options);
+    const CLI::App *const seams = add_seams(app, options);
     const CLI::App *const cars = add_cars(app, options);
     const CLI::App *const door = add_door(app, options);
     const CLI::App *const insert = add_insert(app, options);
     add_drive(app, options);
     return run_tool(app, argc, argv, [&] {
         report(options, judge->parsed()  ? judge_figures(options)
+                        : seams->parsed() ? seams_figures(options)
                         : cars->parsed() ? cars_figures(options)
                         : door->parsed() ? door_figures(options)
                                          : drive_figures(options, insert->parsed()));

@@ -102,11 +102,6 @@ def other_params(own):
     return tuple(name for name in names if name != own and (ROOT / name).is_file())
 
 
-def model_of(fraction):
-    """What may leave its neutral value: log distances restore counts that dense data have."""
-    return "noise,anisotropy,vote" + (",logs" if fraction > 0.1 else "")
-
-
 def log_job(log, split, fraction, seed):
     """Held-out beams: learnt on the very beams that make the map. Held-out runs: a preset, as
     learning draws its beams from all scans."""
@@ -117,8 +112,7 @@ def log_job(log, split, fraction, seed):
     params, also, learnings = params_of(log.preset), (), []
     if split == "beams":
         params = f"{folder}/lobo.toml"
-        model = ("--kernel", "matern12", "--model", model_of(fraction))
-        learnings.append((*source, *model, "--out", params))
+        learnings.append((*source, *live_section.LEARNT_MODEL, "--out", params))
         if fraction == LML_SHARE:
             also = (f"{folder}/lml.toml", *other_params(""))
             learnings.append((*source, "--kernel", "nn", "--method", "lml", "--out", also[0]))
@@ -162,6 +156,14 @@ def live_jobs(arguments, logs):
     jobs += [Job(live_section.LEARNT, log.name, seed, *live_section.learnt_words(log, seed),
                  tool="gpom-live")
              for log in logs for seed in live_section.learnt_seeds(arguments.live_seeds)]
+    jobs += [Job(live_section.SEAMS, log.name, seed, live_section.seams_words(log, seed),
+                 tool="gpom-live")
+             for log in logs for seed in live_section.seams_seeds(arguments.live_seeds)]
+    jobs += [Job(live_section.SEAMS, f"street {i}", 0, live_section.street_seams_words(i),
+                 tool="gpom-live") for i in range(arguments.streets)]
+    if jobs:
+        jobs.append(Job(live_section.DOORS, "corridor", 0, live_section.door_words(),
+                        tool="gpom-live"))
     if arguments.drive > 0:
         jobs.append(Job("drive", "town", 0, live_section.drive_words(arguments.drive),
                         tool="gpom-live"))
@@ -274,7 +276,8 @@ def log_sections(figures, jobs, arguments, names):
     tables = [(f"{split} {f}", f"Logs, held-out {split}, {SHARE_TITLES.get(f, f'share {f}')}")
               for split in ("beams", "runs") for f in arguments.fractions]
     yield "## Is the GP ahead?\n"
-    yield "In AUC, FP@95 and NLL, means over the seeds; from the tables below.\n"
+    yield ("In AUC, FP@95 and NLL, means over the seeds; then its NLL over the rival's. From the "
+           "tables below.\n")
     yield ahead_table(figures, [table for table, _ in tables], names)
     for table, title in tables:
         yield f"## {title}\n"
@@ -336,10 +339,28 @@ def live_sections(figures, jobs, arguments, names):
                             f"`$SEED` = 0 to {arguments.live_seeds - 1}\n")
         for part in live_section.parts(trial, figures.reports, names):
             yield part if isinstance(part, str) else table_text(*part)
+    yield from seams_and_doors(figures, jobs, arguments)
     if arguments.drive > 0:
         yield "## The live map: a long drive\n"
         yield commands_text([job for job in jobs if job.table == "drive"])
         yield table_text(*live_section.drive_table(figures.reports["drive", "town", 0]))
+
+
+def seams_and_doors(figures, jobs, arguments):
+    seams = [job for job in jobs if job.table == live_section.SEAMS]
+    if seams:
+        n_seeds = len(live_section.seams_seeds(arguments.live_seeds))
+        yield "## The live map: jumps\n"
+        yield commands_text(seams, f"`$SEED` = 0 to {n_seeds - 1}\n")
+        yield live_section.SEAMS_TEXT
+        yield table_text(*live_section.seams_table(figures.reports))
+    doors = [job for job in jobs if job.table == live_section.DOORS]
+    if doors:
+        yield "## The live map: doors\n"
+        yield commands_text(doors)
+        yield live_section.DOORS_TEXT
+        yield table_text(*live_section.door_table(
+            figures.reports[live_section.DOORS, "corridor", 0]))
 
 
 def odometry_sections(figures, jobs, n_seeds):

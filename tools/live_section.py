@@ -15,7 +15,25 @@ TITLES = {"live": "what is worth keeping", "spurious": "spurious returns"}
 # Maps whose parameters their own beams taught.
 LEARNT = "live learnt"
 LEARNT_SEEDS_MAX = 3
+# Answers of live maps do not jump.
+FADING = ("--fix", "fading=2")
+# What a free place counts in learning for a live map (gpom-learn --free-weight).
+FREE_WEIGHTS = {"indoor": "1.4", "campus": "1"}
 LEARNT_MODEL = ("--kernel", "matern12", "--model", "noise,anisotropy,vote,line")
+SEAMS = "seams"
+SEAMS_SEEDS_MAX = 3
+SEAMS_TEXT = """\
+Along 500 random lines of 1 m through places on held-out beams (streets: at random places near beams):
+neighbouring places 2 mm apart whose probabilities differ by more than a bound, for each metre, and
+the largest difference. A jump is what is left of a difference where the places are 0.03 mm apart:
+the rest was a steep slope. Means over the seeds; the largest of all.
+"""
+DOORS = "doors"
+DOORS_TEXT = """\
+A corridor with three doors, a laser of 180 beams with 1 cm noise. First the robot drives past them
+alone, then through them. Free: p <= 0.3. Widths: the worst of ten runs, in brackets the median;
+robots: the runs in which a disc of this radius may go through (`gpom_path_query`).
+"""
 SURFACES_TEXT = """\
 Live maps as below: all scans in order, nine returns in ten, at most 16,384 beams kept; the other
 returns judge. "Learnt": parameters that `gpom-learn` took from the very returns that make the map.
@@ -52,9 +70,27 @@ def judge_words(log, seed, trial):
 def learnt_words(log, seed):
     """Words of gpom-live, and of the run of gpom-learn before it, on the beams of the same map."""
     params = f"$STREETS/{log.name}-live-seed-{seed}/live.toml"
-    learn = (*log_words(log), "--training-of", str(seed), "--seed", str(seed), *LEARNT_MODEL,
-             "--out", params)
+    learn = (*log_words(log), "--training-of", str(seed), "--seed", str(seed), *LEARNT_MODEL, *FADING,
+             "--free-weight", FREE_WEIGHTS[PRESETS[log.name]], "--out", params)
     return ("judge", *log_words(log), "--params", params, "--seed", str(seed)), (learn,)
+
+
+def seams_seeds(n_seeds):
+    return range(min(n_seeds, SEAMS_SEEDS_MAX))
+
+
+def seams_words(log, seed):
+    return ("seams", *log_words(log), "--params", f"tools/params/{PRESETS[log.name]}.toml",
+            "--seed", str(seed))
+
+
+def street_seams_words(i):
+    return ("seams", "--scans", f"$STREETS/{i}.csv", "--truth", f"$STREETS/{i}.pgm", "--params",
+            "tools/params/street.toml")
+
+
+def door_words():
+    return ("door", "--params", "tools/params/indoor.toml", "--runs", "10")
 
 
 def drive_words(n_scans):
@@ -116,6 +152,43 @@ def surface_table(reports, names, rivals_of):
             rows.append([name, label, *figures,
                          *profile_cells([entry["profile"] for entry in entries])])
     return ["log", "map", *(title for _, title in METRICS), *PROFILE_TITLES], rows
+
+
+def seams_table(reports):
+    """A line for each log or street, of the reports of `gpom-live seams`, seed by seed."""
+    rows, bounds = [], []
+    names = dict.fromkeys(name for table, name, _ in reports if table == SEAMS)
+    for name in names:
+        of_seeds = [report for key, report in reports.items() if key[:2] == (SEAMS, name)]
+        cells = []
+        for kind in ("differences", "jumps"):
+            bounds = [row["over"] for row in of_seeds[0][kind]["per_m"]]
+            for i in range(len(bounds)):
+                values = [report[kind]["per_m"][i]["per_m"] for report in of_seeds]
+                cells.append(f"{sum(values) / len(values):.3f}")
+            cells.append(f"{max(report[kind]['largest'] for report in of_seeds):.3f}")
+        rows.append([name, *cells])
+    titles = [title for kind in ("differences", "jumps")
+              for title in (*(f"{kind} over {bound} a metre" for bound in bounds),
+                            f"largest of the {kind}")]
+    return ["map of", *titles], rows
+
+
+def door_table(report):
+    """A line for each door and stage of `gpom-live door`."""
+    rows = []
+    for row in report["summary"]:
+        doors = [door for run in report["runs"] for door in run[row["stage"]]["doors"]
+                 if door["width_m"] == row["width_m"]]
+        widths = [f"{figure['worst']:.3f} ({figure['median']:.3f})" for figure in row["free_m"]]
+        robots = [f"{sum(door['paths'][i]['free'] for door in doors)} of {len(doors)}"
+                  for i in range(len(doors[0]["paths"]))]
+        rows.append([f"{row['width_m']:g}", f"driven {row['stage']}", *widths, *robots])
+    door = report["runs"][0]["through"]["doors"][0]
+    maps = [width["map"] if width["map"] == "continuous" else
+            f"{width['map']}, {width['cell_m']:g} m" for width in door["widths"]]
+    robots = [f"robot of {path['radius_m']:g} m" for path in door["paths"]]
+    return ["door [m]", "", *(f"free in {name} [m]" for name in maps), *robots], rows
 
 
 def parts(trial, reports, names):

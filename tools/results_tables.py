@@ -102,8 +102,13 @@ def is_ahead(figures, table, name, rival, metric):
     return own > other if metric == "auc" else own < other
 
 
+def nll_over_rival(figures, table, name, rival):
+    own, other = (mean(figures.values(table, name, key, "nll")) for key in ("gp_query", rival))
+    return own / other
+
+
 def ahead_table(figures, tables, names):
-    """Where the GP's mean is better than a rival's."""
+    """Where the GP's mean is better than a rival's, and its NLL over the rival's."""
     header = ["split, share", "rival", *names]
     rows = []
     for table in tables:
@@ -112,7 +117,9 @@ def ahead_table(figures, tables, names):
             for name in names:
                 behind = [title for metric, title, _ in METRICS[:3]
                           if not is_ahead(figures, table, name, rival, metric)]
-                cells.append("all three" if not behind else "not in " + ", ".join(behind))
+                ratio = nll_over_rival(figures, table, name, rival)
+                ahead = "all three" if not behind else "not in " + ", ".join(behind)
+                cells.append(f"{ahead}; {ratio:.2f}")
             rows.append([table, label, *cells])
     return table_text(header, rows)
 

@@ -151,6 +151,49 @@ def test_spurious_returns_cost_little_of_a_real_drive(run, log, name):
     assert spurious < 1.2 * clean
 
 
+@pytest.mark.parametrize("name", ["intel", "csail", "seattle"])
+def test_answers_of_a_real_drive_do_not_jump(run, log, name):
+    """With a preset whose neighbours fade; without the fading they do, some once a metre."""
+    def jumps(*more):
+        report = figures(run, "seams", "--scans", log(f"{name}.log.gz"), *more)
+        assert report["lines"] == report["length_m"] == 500
+        per_m = {row["over"]: row["per_m"] for row in report["jumps"]["per_m"]}
+        return per_m[0.05], report["jumps"]["largest"]
+    per_m, largest = jumps("--params", PARAMS / "indoor.toml")
+    assert per_m <= 0.02 and largest <= 0.12
+
+
+def test_answers_jump_where_neighbours_do_not_fade(run, log, tmp_path):
+    text = (PARAMS / "indoor.toml").read_text(encoding="utf-8")
+    assert text.count("\nfading = ") == 1
+    (tmp_path / "jumps.toml").write_text(text.replace("\nfading = ", "\n# "), encoding="utf-8")
+    report = figures(run, "seams", "--scans", log("seattle.log.gz"), "--params",
+                     tmp_path / "jumps.toml")
+    assert report["jumps"]["per_m"][1]["per_m"] > 0.2
+    for row, other in zip(report["jumps"]["per_m"], report["differences"]["per_m"]):
+        assert row["over"] == other["over"]
+
+
+def test_answers_of_a_street_do_not_jump(run, street):
+    report = figures(run, "seams", "--scans", street, "--truth", street.with_name("truth.pgm"),
+                     "--params", PARAMS / "street.toml")
+    assert report["lines"] == 500 and report["jumps"]["largest"] <= 0.05
+
+
+def test_classes_are_judged_by_the_thresholds_of_the_parameters(run, street, tmp_path):
+    """A lower threshold for free leaves more unsure and errs less often; what is called occupied
+    does not feel it."""
+    text = (PARAMS / "street.toml").read_text(encoding="utf-8")
+    (tmp_path / "strict.toml").write_text(
+        text.replace("p_free = 0.3", "p_free = 0.25"), encoding="utf-8")
+    report, strict = (figures(run, "judge", "--scans", street, "--params", params)["live"]["classes"]
+                    for params in (PARAMS / "street.toml", tmp_path / "strict.toml"))
+    assert 0 < report["occupied_of_free"] < 0.3 and 0 < report["free_of_occupied"] < 0.3
+    assert strict["unsure"] > report["unsure"] > 0
+    assert strict["occupied_of_free"] < report["occupied_of_free"]
+    assert strict["free_of_occupied"] == report["free_of_occupied"]
+
+
 def test_what_one_scan_alone_saw_is_less_sure(run, log, tmp_path):
     """A preset's sn2_once takes something off the NLL of a map with spurious returns."""
     text = (PARAMS / "indoor.toml").read_text(encoding="utf-8")

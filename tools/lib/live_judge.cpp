@@ -25,7 +25,7 @@ constexpr std::uint64_t kDrawSeed = 2000;
 
 JudgeData street_data(const JudgeOptions &options)
 {
-    JudgeData data{read_scans(options.scans_path, options.reading), {}};
+    JudgeData data{read_scans(options.scans_path, options.reading), {}, {}, {}};
     const Truth truth = read_truth(options.truth_path);
     const std::vector<Scan> near_scans = evenly_taken(data.scans, kNearScans);
     const std::vector<GridBeam> beams = beams_of(near_scans, kHalfSpacing);
@@ -40,28 +40,51 @@ JudgeData log_data(const JudgeOptions &options)
 {
     LogSplit split =
         split_log(read_log(options.scans_path, options.reading), options.fraction, options.seed);
+    const std::vector<GridBeam> others = beams_of(split.others, 0.0);
     return {std::move(split.training), std::move(split.points),
-            profile_along(beams_of(split.others, 0.0), options.seed)};
+            profile_along(others, options.seed), others};
 }
 
-MethodResult judged(const HostMap &map, const TestSet &test)
+MethodResult judged(const std::vector<gpom_answer_t> &answers, const TestSet &test)
 {
     MethodResult method;
-    for (const gpom_answer_t &answer : map.query(places_of(test))) {
+    for (const gpom_answer_t &answer : answers) {
         method.probabilities.push_back(double{answer.probability});
     }
     return judged(std::move(method), test);
 }
 
+/// What the thresholds of the parameters mean: how many of the points called free are occupied, how
+/// many of those called occupied are free, and how many of all stay unsure.
+Json classes_json(const std::vector<gpom_answer_t> &answers, const std::vector<TestPoint> &points)
+{
+    double n_free = 0.0, n_occupied = 0.0, n_free_wrong = 0.0, n_occupied_wrong = 0.0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (answers[i].cls == GPOM_FREE) {
+            n_free += 1.0;
+            n_free_wrong += points[i].occupied ? 1.0 : 0.0;
+        } else if (answers[i].cls == GPOM_OCCUPIED) {
+            n_occupied += 1.0;
+            n_occupied_wrong += points[i].occupied ? 0.0 : 1.0;
+        }
+    }
+    const double n = static_cast<double>(points.size());
+    return {{"occupied_of_free", n_free_wrong / std::max(n_free, 1.0)},
+            {"free_of_occupied", n_occupied_wrong / std::max(n_occupied, 1.0)},
+            {"unsure", (n - n_free - n_occupied) / n}};
+}
+
 /// A test set without a profile gives none.
 Json accuracy_json(const HostMap &map, const TestSet &test)
 {
-    const MethodResult method = judged(map, test);
+    const std::vector<gpom_answer_t> answers = map.query(places_of(test));
+    const MethodResult method = judged(answers, test);
     Json json = {{"kept", gpom_map_beam_count(map.get())},
                  {"auc", method.all.auc},
                  {"fp_at_tp95", method.all.false_positive_rate},
                  {"nll", method.all.nll},
-                 {"ece", method.all.calibration_error}};
+                 {"ece", method.all.calibration_error},
+                 {"classes", classes_json(answers, test.points)}};
     if (method.band) {
         json["band"] = json_of(*method.band);
     }
@@ -119,18 +142,30 @@ Json drive(HostMap &map, const std::vector<Scan> &scans, std::uint64_t step_ops,
 
 } // namespace
 
+JudgeData judge_data(const JudgeOptions &options)
+{
+    return options.truth_path.empty() ? log_data(options) : street_data(options);
+}
+
+HostMap live_map(const gpom_params_t &params, const LiveConfig &live,
+                 const std::vector<Scan> &scans)
+{
+    HostMap map(live_config(params, live, middle_of(scans)));
+    drive(map, scans, live.step_ops, [](std::size_t) {});
+    return map;
+}
+
 Metrics live_accuracy(const gpom_params_t &params, const LiveConfig &live, const JudgeData &data)
 {
-    HostMap map(live_config(params, live, middle_of(data.scans)));
-    drive(map, data.scans, live.step_ops, [](std::size_t) {});
-    return judged(map, {data.points, {}, {}}).all;
+    const TestSet test{data.points, {}, {}};
+    return judged(live_map(params, live, data.scans).query(places_of(test)), test).all;
 }
 
 Json judge_report(const JudgeOptions &options)
 {
     const gpom_params_t params = read_params(options.params_path);
     const bool is_log = options.truth_path.empty();
-    JudgeData data = is_log ? log_data(options) : street_data(options);
+    JudgeData data = judge_data(options);
     const TestSet test{data.points, {}, data.profile};
     const TestSet unchanged{
         is_log ? unchanged_points(data.points, data.scans) : data.points, {}, {}};

@@ -31,9 +31,17 @@ struct JudgeData {
     std::vector<Scan> scans;
     std::vector<TestPoint> points;
     std::vector<ProfilePlace> profile{};
+    std::vector<GridBeam> others{}; ///< Of a log: beams that the map does not get.
 };
 
-/// Accuracy of the live map of all scans in their order, stepped after each.
+/// What options.scans_path and options.truth_path give; throws FileError.
+JudgeData judge_data(const JudgeOptions &options);
+
+/// The live map of all scans in their order, stepped after each.
+HostMap live_map(const gpom_params_t &params, const LiveConfig &live,
+                 const std::vector<Scan> &scans);
+
+/// Accuracy of that map.
 Metrics live_accuracy(const gpom_params_t &params, const LiveConfig &live, const JudgeData &data);
 
 /// The live map of all scans in their order, stepped after each, against a map of as many beams
