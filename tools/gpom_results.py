@@ -5,6 +5,7 @@ Each number is gpom-eval's; each table says by which commands. Logs that are not
 are left out, and said so.
 """
 import argparse
+import contextlib
 import json
 import os
 import pathlib
@@ -63,6 +64,9 @@ class Job:
     words: tuple
     learnings: tuple = ()
     tool: str = "gpom-eval"
+
+    def name(self):
+        return "-".join((self.table, self.data, str(self.seed))).replace(" ", "-")
 
     def shown(self):
         lines = [seedless("gpom-learn", words) for words in self.learnings]
@@ -199,16 +203,26 @@ class Runner:
             folder = pathlib.Path(words[-1].replace("$STREETS", str(self.folder))).parent
             folder.mkdir(parents=True, exist_ok=True)
             self.run("gpom-learn", *words)
-        name = "-".join((job.table, job.data, str(job.seed))).replace(" ", "-") + ".json"
-        self.run(job.tool, *job.words, "--json", f"$STREETS/{name}")
-        return json.loads((self.folder / name).read_text(encoding="utf-8"))
+        self.run(job.tool, *job.words, "--json", f"$STREETS/{job.name()}.json")
+        return json.loads((self.folder / f"{job.name()}.json").read_text(encoding="utf-8"))
+
+    def report(self, job):
+        """What the folder has of the same commands, or else what they say now."""
+        path = self.folder / f"{job.name()}.report"
+        if path.is_file():
+            kept = json.loads(path.read_text(encoding="utf-8"))
+            if kept["commands"] == job.shown():
+                return kept["report"]
+        report = self.evaluate(job)
+        write_text(path, json.dumps({"commands": job.shown(), "report": report}))
+        return report
 
 
 def run_jobs(runner, jobs, n_streets, n_at_once):
     for seed in range(n_streets):
         runner.simulate(seed)
     with ThreadPoolExecutor(n_at_once) as pool:
-        futures = [pool.submit(runner.evaluate, job) for job in jobs]
+        futures = [pool.submit(runner.report, job) for job in jobs]
         try:
             bar = tqdm(zip(jobs, futures), total=len(jobs), unit="job", disable=None)
             return {(job.table, job.data, job.seed): future.result() for job, future in bar}
@@ -459,6 +473,10 @@ def parse_arguments():
                         help="what `make bench` wrote: speed.json, ratios.txt (default: left out)")
     parser.add_argument("--odometry", type=int, choices=range(0, 101), default=10, metavar="N",
                         help="drives with odometry of seeds 0 to N - 1 (default: 10)")
+    parser.add_argument("--reports", metavar="DIR", type=pathlib.Path,
+                        help="folder that keeps what each run said; a run whose commands have not "
+                             "changed is not repeated: remove the folder when the tools or presets "
+                             "have (default: nothing is kept)")
     parser.add_argument("--jobs", type=int, choices=range(1, 65), default=2, metavar="N",
                         help="runs at once (default: 2)")
     return parser.parse_args()
@@ -482,8 +500,11 @@ def make_results(arguments):
     jobs = all_jobs(arguments, logs) + live_jobs(arguments, logs)
     if not jobs:
         raise ResultsError("nothing to judge: no logs, no streets and no drives")
-    with tempfile.TemporaryDirectory(prefix="gpom-results-") as folder:
-        runner = Runner(arguments.build, arguments.data, pathlib.Path(folder))
+    with contextlib.ExitStack() as stack:
+        folder = arguments.reports or pathlib.Path(stack.enter_context(
+            tempfile.TemporaryDirectory(prefix="gpom-results-")))
+        folder.mkdir(parents=True, exist_ok=True)
+        runner = Runner(arguments.build, arguments.data, folder.resolve())
         reports = run_jobs(runner, jobs, arguments.streets, arguments.jobs)
     write_text(arguments.out, document(Figures(reports), jobs, arguments, logs))
 
