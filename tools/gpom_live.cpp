@@ -201,10 +201,13 @@ nlohmann::ordered_json judge_figures(Options &options)
     return judge_report(options.judge);
 }
 
+/// Random places of a street for each line: those away from its beams are left out.
+constexpr std::size_t kPlacesPerLine = 8;
+
 nlohmann::ordered_json seams_figures(Options &options)
 {
     options.judge.params_path = options.params_path;
-    options.judge.n_points = options.n_lines;
+    options.judge.n_points = kPlacesPerLine * options.n_lines;
     return seams_report(options.judge, options.n_lines);
 }
 

@@ -180,18 +180,19 @@ def test_answers_of_a_street_do_not_jump(run, street):
     assert report["lines"] == 500 and report["jumps"]["largest"] <= 0.05
 
 
-def test_classes_are_judged_by_the_thresholds_of_the_parameters(run, street, tmp_path):
+def test_classes_are_judged_by_the_thresholds_of_the_parameters(run, log, tmp_path):
     """A lower threshold for free leaves more unsure and errs less often; what is called occupied
     does not feel it."""
-    text = (PARAMS / "street.toml").read_text(encoding="utf-8")
-    (tmp_path / "strict.toml").write_text(
-        text.replace("p_free = 0.3", "p_free = 0.25"), encoding="utf-8")
-    report, strict = (figures(run, "judge", "--scans", street, "--params", params)["live"]["classes"]
-                    for params in (PARAMS / "street.toml", tmp_path / "strict.toml"))
-    assert 0 < report["occupied_of_free"] < 0.3 and 0 < report["free_of_occupied"] < 0.3
-    assert strict["unsure"] > report["unsure"] > 0
-    assert strict["occupied_of_free"] < report["occupied_of_free"]
-    assert strict["free_of_occupied"] == report["free_of_occupied"]
+    text = (PARAMS / "indoor.toml").read_text(encoding="utf-8")
+    assert text.count("\np_free = 0.3") == 1
+    strict_path = tmp_path / "strict.toml"
+    strict_path.write_text(text.replace("\np_free = 0.3", "\np_free = 0.1"), encoding="utf-8")
+    usual, strict = (
+        figures(run, "judge", "--scans", log("csail.log.gz"), "--params", params)["live"]["classes"]
+        for params in (PARAMS / "indoor.toml", strict_path))
+    assert strict["unsure"] > usual["unsure"] > 0
+    assert 0 < strict["occupied_of_free"] < usual["occupied_of_free"] < 0.1
+    assert strict["free_of_occupied"] == usual["free_of_occupied"] > 0
 
 
 def test_what_one_scan_alone_saw_is_less_sure(run, log, tmp_path):

@@ -1,4 +1,5 @@
 """gpom-results: every table, twice the same, and what is left out."""
+import json
 
 
 def results(run, tool, data, out, *more):
@@ -24,10 +25,12 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
                   "gpom-eval log --scans $DATA/seattle.log.gz", "`$SEED` = 0, 1",
                   "| seattle | strong grid |", "| **mean** | OctoMap |"):
         assert words in text
-    assert text.count("```\ngpom-") == 9
+    assert text.count("```\ngpom-") == 11
     assert text.count("| p = .5 at [m] |") == 4  # beams, runs, streets, live maps
     assert "| seattle | live map, learnt |" in text
     assert "| seattle | live map, indoor.toml |" in text
+    assert "## The live map: jumps" in text and "| street 0 | " in text
+    assert "| 0.7 | driven through |" in text and "| robot of 0.25 m |" in text
     assert "Rivals left out: no share 1.0" in text
     assert "--training-of $SEED" in text and "NLL, band" in text
     assert "0.3 m before it" not in text
@@ -45,3 +48,21 @@ def test_results_of_nothing_are_refused(run, tool, tmp_path):
     done = results(run, tool, tmp_path, tmp_path / "out.md", "--seeds", "x")
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "--seeds" in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_reports_are_kept_and_taken_again_for_the_same_commands_alone(run, tool, tmp_path):
+    out, reports = tmp_path / "out.md", tmp_path / "reports"
+
+    def drive(n_scans):
+        done = results(run, tool, tmp_path, out, "--streets", 0, "--odometry", 0, "--drive",
+                       n_scans, "--reports", reports)
+        assert done.returncode == 0, done.stderr
+        return out.read_text(encoding="utf-8")
+    first = drive(200)
+    path, = reports.glob("*.report")
+    kept = json.loads(path.read_text(encoding="utf-8"))
+    assert drive(200) == first
+    kept["report"]["tenths"][0]["kept"] = 987654321
+    path.write_text(json.dumps(kept), encoding="utf-8")
+    assert "987654321" in drive(200)
+    assert "987654321" not in drive(300)
