@@ -35,13 +35,14 @@ def params_initialiser(path):
         "frame": f"GPOM_FRAME_{toml.get('frame', 'query').upper()}",
         "n_hits": toml["hits"],
         "n_free": toml["free"],
+        "n_fading": toml.get("fading", 0),
         "scan_points_max": toml.get("scan_points_max", 0),
         "sn2_free": c_float(toml.get("sn2_free", toml["sn2"])),
     }
     names = ["sf2", "sn2", "alpha", "beta", "gap_m", "p_occupied", "p_free"]
     for name in names + (["s0", "s1"] if is_nn else ["ell_m"]):
         fields[name] = c_float(toml[name])
-    for name in sorted(set(toml) - set(fields) - {"hits", "free"}):  # what is absent is neutral
+    for name in sorted(set(toml) - set(fields) - {"hits", "free", "fading"}):  # what is absent is neutral
         fields[name] = c_float(toml[name])
     return ",\n".join(f"    .{name} = {value}" for name, value in fields.items())
 
