@@ -43,7 +43,7 @@ std::vector<gpom_point_t> yard_points(const TestMap &map, std::size_t n)
     return points;
 }
 
-/// Hits on one bearing, whose free segments all begin at one place: behind it, every query has ties.
+/// Hits on one bearing, whose free segments all begin at one place: a query behind it has ties.
 void fill_one_bearing(TestMap &map, Random &random)
 {
     for (int i = 0; i < 10; ++i) {
