@@ -122,7 +122,7 @@ const char *text_of(ConfigProblem problem)
     case ConfigProblem::clear_keep:
         return "clear_scans: must be 0 while keep_m is 0";
     case ConfigProblem::origin:
-        return "origin_x_m, origin_y_m: must be finite";
+        return "origin_x_m, origin_y_m: must be from -1e8 to 1e8";
     case ConfigProblem::lowres_reach_m:
         return "lowres_reach_m: must be from 0 to 8000";
     case ConfigProblem::lowres_unknown:
@@ -172,8 +172,9 @@ ConfigProblem config_problem(const gpom_config_t &config)
     if (problem == ConfigProblem::none) {
         problem = keeping_problem(config);
     }
-    if (problem == ConfigProblem::none && !(is_between(config.origin_x_m, -DBL_MAX, DBL_MAX) &&
-                                            is_between(config.origin_y_m, -DBL_MAX, DBL_MAX))) {
+    if (problem == ConfigProblem::none &&
+        !(magnitude(config.origin_x_m) <= GPOM_PLACE_MAX_M &&
+          magnitude(config.origin_y_m) <= GPOM_PLACE_MAX_M)) { // negated on purpose: NaN fails too
         problem = ConfigProblem::origin;
     }
     return problem == ConfigProblem::none ? lowres_problem(config) : problem;

@@ -113,15 +113,9 @@ uint64_t build_slice(gpom_map &map, uint64_t budget)
     return uint64_t{GPOM_INDEX_ITEM_OPS} * build_some(map.index, n);
 }
 
-/// Towards zero, in a range that 32 bits hold: 64 bits to double is software on a Cortex-M. Beyond
-/// it nothing of the map is left, and the origin need not lie on a whole metre.
-double whole_metres(double offset_m)
-{
-    constexpr double kMax_m = 1e9;
-    return offset_m > -kMax_m && offset_m < kMax_m
-               ? static_cast<double>(static_cast<int32_t>(offset_m))
-               : offset_m;
-}
+/// Towards zero. 32 bits hold it, as places are within GPOM_PLACE_MAX_M: 64 bits to double is
+/// software on a Cortex-M.
+double whole_metres(double offset_m) { return static_cast<double>(static_cast<int32_t>(offset_m)); }
 
 void drop_out_of_reach(gpom_map &map)
 {
@@ -159,8 +153,20 @@ Eigen::Vector2d origin_step(const gpom_map &map, double x_m, double y_m)
     return {whole_metres(from_x), whole_metres(from_y)};
 }
 
+bool is_believed(gpom_map &map, const Eigen::Vector2d &step_m)
+{
+    constexpr auto reach_m = static_cast<float>(GPOM_REACH_M);
+    const Eigen::Vector2f place_m = step_m.cast<float>();
+    const Eigen::Vector2f from_m = place_m - Eigen::Vector2f(map.refused.x_m, map.refused.y_m);
+    const bool is_near = from_m.squaredNorm() <= reach_m * reach_m;
+    map.refused = {place_m.x(), place_m.y()};
+    map.n_refused = is_near ? map.n_refused + 1 : 1;
+    return map.n_refused >= kBelieved;
+}
+
 void move_origin(gpom_map &map, const Eigen::Vector2d &step_m)
 {
+    map.n_refused = 0;
     const double dx_m = step_m.x();
     const double dy_m = step_m.y();
     if (dx_m == 0.0 && dy_m == 0.0) {

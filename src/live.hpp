@@ -13,8 +13,15 @@ namespace gpom
 /// farther away than rebase_m; else zero.
 Eigen::Vector2d origin_step(const gpom_map &map, double x_m, double y_m);
 
-/// Move the origin. Beams out of reach from there are forgotten. O(1) if the step is zero, else
-/// O(beam_max + cells).
+/// Of scans in a row out of reach of an origin that follows the robot, each within reach of the one
+/// before, the first that is believed: what is kept came of a wrong pose.
+constexpr uint32_t kBelieved = 10;
+
+/// Note a scan that is a step out of reach. True if it is the kBelieved-th.
+bool is_believed(gpom_map &map, const Eigen::Vector2d &step_m);
+
+/// Move the origin to a scan that is taken. Beams out of reach from there are forgotten. O(1) if
+/// the step is zero, else O(beam_max + cells).
 void move_origin(gpom_map &map, const Eigen::Vector2d &step_m);
 
 /// Move the first stamp if the newest scan and the next, of stamp_us, both lie on the same side of

@@ -25,6 +25,8 @@ struct gpom_map {
     gpom::Index index;
     gpom::Keeper keeper;
     gpom::Lowres lowres;
+    gpom::Point refused; ///< Where the last scan out of reach was, if the origin follows the robot.
+    uint32_t n_refused;  ///< Such scans since one was taken (live.hpp: is_believed()).
 };
 
 namespace gpom

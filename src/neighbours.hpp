@@ -351,14 +351,16 @@ inline F find_neighbours(const gpom_map &map, Workspace &work)
         axis = axis_of_hits(p);
     }
     const F offset = context_offset(params, work, sums, axis);
-    if (params.anisotropy > 0.0f) {
-        shrink_along_hits(p, axis, params.anisotropy);
-    }
+    // Before points are shrunk: after that a lane without ties may have equal points, too, which
+    // would be merged only if another lane of its packet had ties.
     if (has_ties(work.hits, p.n_hits)) {
         merge_equal(p.x_m, p.y_m, p.noise, p.n_hits);
     }
     if (has_ties(work.free, p.n_free)) {
         merge_equal(p.x_m + p.n_hits, p.y_m + p.n_hits, p.noise + p.n_hits, p.n_free);
+    }
+    if (params.anisotropy > 0.0f) {
+        shrink_along_hits(p, axis, params.anisotropy);
     }
     return offset;
 }

@@ -103,7 +103,7 @@ bool is_covariance(const float *cov)
 
 bool is_pose(const gpom_pose_t &pose)
 {
-    return is_within(pose.x_m, DBL_MAX) && is_within(pose.y_m, DBL_MAX) &&
+    return is_within(pose.x_m, GPOM_PLACE_MAX_M) && is_within(pose.y_m, GPOM_PLACE_MAX_M) &&
            is_within(pose.yaw_rad, kAngleMax_rad) &&
            (pose.cov == nullptr || is_covariance(pose.cov));
 }
@@ -286,13 +286,15 @@ bool is_in_reach(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_po
     return from_m.squaredNorm() <= GPOM_REACH_M * GPOM_REACH_M;
 }
 
-/// True if the origin may follow the robot: a pose out of reach of the origin is wild, and what is
-/// kept stays. An empty map has nothing to lose.
-bool may_follow(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
+/// True if the origin may follow the robot: a pose out of reach of the origin may be wild, and what
+/// is kept stays. An empty map has nothing to lose; one that has refused many poses near each other
+/// holds what a wild one brought.
+bool may_follow(gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
                 const Eigen::Vector2d &step_m)
 {
     return is_in_reach(map, sensor, pose, step_m) &&
-           (map.index.n_beams == 0 || is_in_reach(map, sensor, pose, {0.0, 0.0}));
+           (map.index.n_beams == 0 || is_in_reach(map, sensor, pose, {0.0, 0.0}) ||
+            gpom::is_believed(map, step_m));
 }
 
 /// Of the scan that was noted last.
@@ -383,11 +385,11 @@ gpom_status_t gpom_sweep_insert(gpom_map_t *map, const gpom_sweep_t *sweep,
         return refuse_pose(*map);
     }
     const Eigen::Vector2d step_m = gpom::origin_step(*map, pose->x_m, pose->y_m);
-    bool are_in_reach = may_follow(*map, *sensor, *pose, step_m);
+    bool are_in_reach = true;
     for (uint32_t i = 0; i < sweep->n_ranges && are_in_reach; ++i) {
         are_in_reach = is_in_reach(*map, *sensor, sweep->poses[i], step_m);
     }
-    if (!are_in_reach) {
+    if (!are_in_reach || !may_follow(*map, *sensor, *pose, step_m)) {
         return refuse_reach(*map);
     }
     gpom::move_origin(*map, step_m);

@@ -84,7 +84,7 @@ constexpr float kRobotPlaceMax_m = static_cast<float>(4.0 * GPOM_REACH_M);
 // Written so that a NaN fails.
 bool is_within(float x_m, float y_m, float max_m) { return x_m * x_m + y_m * y_m <= max_m * max_m; }
 
-bool is_finite(double x) { return x - x == 0.0; }
+bool is_place(double x_m) { return x_m >= -GPOM_PLACE_MAX_M && x_m <= GPOM_PLACE_MAX_M; }
 
 bool is_beam(const Beam &beam)
 {
@@ -170,7 +170,7 @@ bool take_commit(const uint8_t *block, Commit &commit)
     transfer(from, commit);
     return commit.next_id <= kIdEnd && commit.time_mark <= kTimeMarkMask &&
            commit.n_counters >= 1 && commit.n_counters <= kCountersMax &&
-           is_finite(commit.origin_x_m) && is_finite(commit.origin_y_m) &&
+           is_place(commit.origin_x_m) && is_place(commit.origin_y_m) &&
            is_within(commit.robot_x_m, commit.robot_y_m, kRobotPlaceMax_m);
 }
 

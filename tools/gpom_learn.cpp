@@ -123,7 +123,7 @@ void declare_options(CLI::App &app, Options &options)
         ->capture_default_str();
     app.add_option("--ell-max", options.ell_max_m,
                    "Longest length scale [m]: it decides how far the map reaches")
-        ->check(CLI::Range(0.1, 1000.0))
+        ->check(CLI::Range(0.3, 1000.0))
         ->capture_default_str();
     app.add_option("--free-weight", options.free_weight,
                    "What a free place counts where an occupied one counts 1: the more, the\n"

@@ -61,7 +61,7 @@ PROBLEMS = [  # by their bits, from the lowest on; the log of gpomd names channe
                   "two senders"),
     ("scan_gap", "a sensor was silent for longer than its gap_max_s"),
     ("scan_overrun", "more scans come than the map takes: lower intake.step_ops or send fewer"),
-    ("scan_bad_pose", "the pose of a scan is not finite, or its covariance is none"),
+    ("scan_bad_pose", "the pose of a scan is not finite, is beyond 1e8 m, or has a bad covariance"),
     ("scan_out_of_reach", "a scan was taken over 8 km from map.origin: set that, or map.rebase_m"),
     ("scan_unusable", "no reading of a scan says anything: the sensor is covered, or its driver "
                       "means something else; see zero, range_min_m, masks"),

@@ -15,6 +15,10 @@ extern "C" {
 /** Beams and queries stay within this distance of the origin [m] (float32 keeps 1 mm there). */
 #define GPOM_REACH_M 8000.0
 
+/** Poses and origins stay within this many metres of the map frame's zero in x and in y: no grid of
+ *  the Earth has greater numbers, and double keeps 15 nm there. */
+#define GPOM_PLACE_MAX_M 1e8
+
 /** Most beams a map may be configured for. */
 #define GPOM_BEAM_MAX 20000000u
 
@@ -30,7 +34,7 @@ extern "C" {
  *  gpom_map_bytes(). 62 bytes a beam: 36 the beam, 8 in each of two trees and in the one being
  *  built, 2 in lists; 8 bytes a cell. */
 #define GPOM_MAP_BYTES(beam_max, cell_max)                                                         \
-    ((size_t)3120 + (size_t)61 * (size_t)(beam_max) + (size_t)(beam_max) / 32 * 9 +                \
+    ((size_t)3136 + (size_t)61 * (size_t)(beam_max) + (size_t)(beam_max) / 32 * 9 +                \
      (size_t)8 * (size_t)(cell_max))
 
 /** What a map is made for. Fill with gpom_config_init(), then change. */
@@ -49,9 +53,12 @@ typedef struct {
                                 away; 0 .. GPOM_REACH_M / 2 [m]; 0 in frame "map". Default 0: it
                                 stays. Each move starts the building of trees anew: 20 m or more.
                                 It forgets beams beyond GPOM_REACH_M of the new origin; a pose
-                                beyond that of the old one is refused unless the map is empty. */
+                                beyond that of the old one is refused unless the map is empty, or
+                                it is the 10th in a row, each within GPOM_REACH_M of the one before:
+                                then what is kept came of a wrong pose. */
     double origin_x_m;    /**< Map frame's east of the origin [m]; beams are kept relative to it. */
-    double origin_y_m;    /**< Map frame's north of the origin [m]. Defaults 0, 0. */
+    double origin_y_m;    /**< Map frame's north of the origin [m]. Both within GPOM_PLACE_MAX_M;
+                               defaults 0, 0. */
     gpom_params_t params; /**< Hyperparameters, copied. Default gpom_params_init(). */
     uint32_t walk_max;    /**< Walks down each of the two search trees that one query may take, each
                                to at most one leaf of 8 beams; a query that needs more is cut
@@ -86,7 +93,8 @@ typedef struct gpom_map gpom_map_t;
  *  them); each has one cause. */
 typedef struct {
     uint64_t scans_inserted;      /**< Scans taken. */
-    uint64_t scans_bad_pose;      /**< Refused: pose or pose covariance not finite or not valid. */
+    uint64_t scans_bad_pose;      /**< Refused: pose not finite or beyond GPOM_PLACE_MAX_M, or its
+                                       covariance not valid. */
     uint64_t scans_out_of_reach;  /**< Refused: sensor farther than GPOM_REACH_M from the origin. */
     uint64_t beams_hit;           /**< Kept: a return. */
     uint64_t beams_no_return;     /**< Kept: free up to the usable maximum, no hit. */

@@ -43,8 +43,8 @@ typedef struct {
 
 /** A robot pose in the map frame. */
 typedef struct {
-    double x_m;       /**< [m] */
-    double y_m;       /**< [m] */
+    double x_m;       /**< [m], within GPOM_PLACE_MAX_M (map.h) */
+    double y_m;       /**< [m], likewise */
     double yaw_rad;   /**< [rad], any number of turns up to 1e6 rad */
     const float *cov; /**< 3 x 3 covariance of (x, y, yaw) by rows [m2, m rad, rad2], symmetric and
                            positive semidefinite, variances at most 1e12; NULL: known exactly. */
@@ -83,10 +83,12 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *  carried to the hit, as the mean over directions: half of its sum over x and y.
  *
  *  Errors  GPOM_ERR_ARG    null, or a field of sensor or scan out of range; map unchanged.
- *          GPOM_ERR_ARG    pose not finite or covariance not valid; counted, map unchanged.
+ *          GPOM_ERR_ARG    pose not finite or beyond GPOM_PLACE_MAX_M, or covariance not valid;
+ *                          counted, map unchanged.
  *          GPOM_ERR_REACH  sensor beyond GPOM_REACH_M of the origin; counted, map unchanged. So,
  *                          too, if the origin follows the robot (rebase_m) and any beam is kept:
  *                          each scan has to be near the last, gpom_map_jump() is for real jumps.
+ *                          The 10th in a row near each other is taken (map.h, rebase_m).
  *  Cost    O(n_ranges (1 + n_masks)) and 60 arithmetic operations a beam. Walks of a tree, each at
  *          most beam_max / 4 boxes and 2 beam_max beams, in practice a few dozen of each: when
  *          full, 3 for each new beam; with keep_m > 0, 1 for each 16 beams, which compares those 16

@@ -162,7 +162,7 @@ void MapThread::begin_frame(const ScanSlot &slot, gpom_jump_t rule)
 
 /// What becomes of the map when the frame jumps to a pose: as configured, but where the origin
 /// follows the robot a map out of the pose's reach would only keep every scan out. False: that is
-/// what a fixed origin does, or the pose is not finite.
+/// what a fixed origin does, or no map has such a place.
 bool MapThread::can_begin_frame(const gpom_pose_t &pose, gpom_jump_t &rule) const
 {
     gpom_point_t origin = {};
@@ -173,7 +173,8 @@ bool MapThread::can_begin_frame(const gpom_pose_t &pose, gpom_jump_t &rule) cons
         return true;
     }
     rule = GPOM_JUMP_CLEAR;
-    return config_->map.rebase_m > 0.0f && std::isfinite(far_m);
+    return config_->map.rebase_m > 0.0f && std::fabs(pose.x_m) <= GPOM_PLACE_MAX_M &&
+           std::fabs(pose.y_m) <= GPOM_PLACE_MAX_M;
 }
 
 void MapThread::insert(const ScanSlot &slot)

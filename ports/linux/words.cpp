@@ -244,7 +244,8 @@ std::string pose_sentence(const Problem &p, const About &about, const Config &co
                     p.limit + p.value, p.limit);
     case GPOM_WIRE_PROBLEM_SCAN_BAD_POSE:
         return about.channel + text(": the pose of a scan is refused: x, y or yaw is not finite, "
-                                    "or pose_cov is no covariance; x is %g m",
+                                    "x or y is beyond 1e8 m, or pose_cov is no covariance; x is "
+                                    "%g m",
                                     p.value);
     case GPOM_WIRE_PROBLEM_SCAN_OUT_OF_REACH:
         return about.channel + text(": a scan was taken %.0f m from map.origin, more than %.0f m: "

@@ -98,19 +98,19 @@ def test_a_wild_pose_wipes_nothing(start, peer):
 UTM = (500_000.0, 5_400_000.0)
 
 
-@pytest.mark.parametrize("rule, n_inserted", [("none", 1), ("keep", 5), ("forget", 5),
-                                              ("clear", 5)])
+@pytest.mark.parametrize("rule, n_inserted", [("none", 7), ("keep", 15), ("forget", 15),
+                                              ("clear", 15)])
 def test_a_wild_first_pose_keeps_no_later_scan_out(rule, n_inserted, start, peer):
-    """A localiser that begins at (0, 0) before it knows. Without looking for jumps every later scan
-    is out of reach; otherwise only the one is lost that the next one had to confirm."""
+    """A localiser that begins at (0, 0) before it knows. Without looking for jumps the map believes
+    the tenth scan out of reach; otherwise only the one is lost that the next one had to confirm."""
     start(map="beam_max = 8000\nrebase_m = 500.0", raster="cell_m = 1.0\nnx = 70\nny = 60",
           rest=f'[jump]\nrule = "{rule}"')
     watch = Watch(URL)
     robot = Robot(watch, peer)
     robot.see((0.0, 0.0))
-    for i in range(5):
+    for i in range(15):
         robot.see((UTM[0] + i, UTM[1]))
-    n_lost = 6 - n_inserted
+    n_lost = 16 - n_inserted
     wait_for_status(watch, scans_inserted=n_inserted,
                     **{"scans_out_of_reach" if rule == "none" else "scans_at_jump": n_lost})
     if rule != "none":

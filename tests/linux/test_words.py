@@ -124,8 +124,11 @@ SCANS = [
      "GPOM_SCAN: all readings of a scan are missing, there are none: does the driver send empty "
      "scans?"),
     ("a pose that is NaN", lambda peer: [own(peer, pose=[math.nan, 0.0, 0.0])], "scan_bad_pose",
-     "GPOM_SCAN: the pose of a scan is refused: x, y or yaw is not finite, or pose_cov is no "
-     "covariance; x is nan m"),
+     "GPOM_SCAN: the pose of a scan is refused: x, y or yaw is not finite, x or y is beyond 1e8 m, "
+     "or pose_cov is no covariance; x is nan m"),
+    ("a pose nowhere on Earth", lambda peer: [own(peer, pose=[1e21, 0.0, 0.0])], "scan_bad_pose",
+     "GPOM_SCAN: the pose of a scan is refused: x, y or yaw is not finite, x or y is beyond 1e8 m, "
+     "or pose_cov is no covariance; x is 1e+21 m"),
     ("far away", lambda peer: [own(peer, pose=[9000.0, 0.0, 0.0])], "scan_out_of_reach",
      "GPOM_SCAN: a scan was taken 9000 m from map.origin, more than 8000 m: set map.origin near "
      "the robot, or map.rebase_m"),

@@ -148,7 +148,7 @@ def test_learning_is_for_a_live_map_of_all_beams_unless_a_share_is_asked_for(run
 
 def test_a_value_at_the_edge_of_its_search_is_a_warning_with_what_to_do(run, log, tmp_path):
     done = run("gpom-learn", "--scans", log("csail.log.gz"), "--kernel", "matern12",
-               "--ell-max", 0.2, *QUICK, "--out", tmp_path / "p.toml")
+               "--ell-max", 0.3, *QUICK, "--out", tmp_path / "p.toml")
     assert done.returncode == 0, done.stderr
     assert "warning: ell_m ended at its longest" in done.stderr and "--ell-max" in done.stderr
     assert "Warning: ell_m" in (tmp_path / "p.toml").read_text(encoding="utf-8")

@@ -165,6 +165,7 @@ TEST_CASE("a bad configuration is refused by the name of its field")
         {"clear_scans", [](gpom_config_t &c) { c.clear_scans = 2; }},
         {"origin_x_m", [](gpom_config_t &c) { c.origin_x_m = static_cast<double>(kNan); }},
         {"origin_y_m", [](gpom_config_t &c) { c.origin_y_m = static_cast<double>(kInf); }},
+        {"origin_y_m", [](gpom_config_t &c) { c.origin_y_m = -1.0001e8; }},
         {"lowres_reach_m", [](gpom_config_t &c) { c.lowres_reach_m = 8001.0f; }},
         {"lowres_unknown", [](gpom_config_t &c) { c.lowres_unknown = 1.1f; }},
         {"focus_cell_max", [](gpom_config_t &c) { c.lowres_nx = c.lowres_ny = 0; }},
@@ -172,7 +173,12 @@ TEST_CASE("a bad configuration is refused by the name of its field")
         {"lowres_nx", [](gpom_config_t &c) { c.lowres_nx = 0; }},
         {"lowres_ny", [](gpom_config_t &c) { c.lowres_ny = 0; }},
         {"lowres_cell_m", [](gpom_config_t &c) { c.lowres_cell_m = 0.0; }},
-        {"lowres_rolling", [](gpom_config_t &c) { c.lowres_rolling = 1; c.origin_x_m = 1e9; }},
+        {"lowres_rolling",
+         [](gpom_config_t &c) {
+             c.lowres_rolling = 1;
+             c.lowres_cell_m = 0.01;
+             c.origin_x_m = 5e7;
+         }},
         {"lowres_x0_m", [](gpom_config_t &c) { c.lowres_x0_m = 1e13; }},
         {"lowres_y0_m", [](gpom_config_t &c) { c.lowres_y0_m = static_cast<double>(kNan); }},
         {"sn2", [](gpom_config_t &c) { c.params.sn2 = 0.0f; }}};

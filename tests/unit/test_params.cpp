@@ -35,6 +35,12 @@ void check_refused(const Refusal &r)
     CHECK(gpom_params_check(&p, nullptr) == GPOM_ERR_PARAMS);
 }
 
+struct Ends {
+    const char *field;
+    float gpom_params_t::*at;
+    float least, most;
+};
+
 /// A float field that must be positive and finite.
 void check_positive(const char *field, gpom_kernel_t which, float gpom_params_t::*at)
 {
@@ -162,25 +168,55 @@ TEST_CASE("each refused setting names its field")
     check_refused({"free", any, [](gpom_params_t &p) { p.n_free = 65535; }});
 }
 
-// Noise below what float32 can factor is refused, per kernel; the floor itself is accepted.
-TEST_CASE("noise has a floor that depends on kernel and sf2")
+// Noise below what float32 keeps apart is refused, per kernel; the floor itself is accepted. Points
+// of other labels that may stand in one place need more: no gap, or all of it shrunk away.
+TEST_CASE("noise has a floor that depends on kernel, gap and sf2")
 {
     for (const gpom_kernel_t which : kKernels) {
-        const bool is_smooth = which == GPOM_KERNEL_NN || which == GPOM_KERNEL_SE;
-        const float floor = (is_smooth ? 1e-3f : 1e-6f) * 2.0f;
+        const bool is_rough = which == GPOM_KERNEL_MATERN12 || which == GPOM_KERNEL_ASKEY;
+        for (const auto &[gap_m, anisotropy] :
+             {std::pair(0.05f, 0.0f), {0.1f, 0.5f}, {0.04f, 0.0f}, {0.1f, 0.6f}, {1.0f, 1.0f}}) {
+            const bool is_apart = is_rough && gap_m * (1.0f - anisotropy) >= 0.0499f;
+            const float floor = (is_apart ? 1e-5f : 1e-3f) * 2.0f;
+            const Change set = [=, gap = gap_m, shrinks = anisotropy](gpom_params_t &p) {
+                p.sf2 = 2.0f;
+                p.gap_m = gap;
+                p.anisotropy = shrinks;
+                p.sn2 = p.sn2_free = floor;
+            };
+            gpom_params_t p = params_of(which);
+            set(p);
+            CHECK(gpom_params_check(&p, nullptr) == GPOM_OK);
+            for (const auto at : {&gpom_params_t::sn2, &gpom_params_t::sn2_free}) {
+                check_refused({"sn2", which, [&](gpom_params_t &q) {
+                                   set(q);
+                                   q.*at = 0.99f * floor;
+                               }});
+            }
+        }
+    }
+}
+
+// Where float32 would lose the covariance: lengths that rounding of places reaches, or beside which
+// nothing is far, and a bias too small for the arcsine.
+TEST_CASE("length scales and weights out of range are refused")
+{
+    for (const gpom_kernel_t which : kKernels) {
         gpom_params_t p = params_of(which);
-        p.sf2 = 2.0f;
-        p.sn2 = p.sn2_free = floor;
-        CHECK(gpom_params_check(&p, nullptr) == GPOM_OK);
-        const auto set_sf2 = [](gpom_params_t &q) { q.sf2 = 2.0f; };
-        check_refused({"sn2", which, [&](gpom_params_t &q) {
-                           set_sf2(q);
-                           q.sn2 = 0.99f * floor;
-                       }});
-        check_refused({"sn2_free", which, [&](gpom_params_t &q) {
-                           set_sf2(q);
-                           q.sn2_free = 0.99f * floor;
-                       }});
+        const bool is_nn = which == GPOM_KERNEL_NN;
+        const Ends ell_m = {"ell_m", &gpom_params_t::ell_m,
+                            which == GPOM_KERNEL_ASKEY ? 0.6f : 0.2f, 1e3f};
+        const Ends s0 = {"s0", &gpom_params_t::s0, 1e-3f, 1e6f};
+        const Ends s1 = {"s1", &gpom_params_t::s1, 1e-6f, 1e4f};
+        for (const Ends &legal : is_nn ? std::vector<Ends>{s0, s1} : std::vector<Ends>{ell_m}) {
+            for (const float end : {legal.least, legal.most}) {
+                p.*legal.at = end;
+                CHECK(gpom_params_check(&p, nullptr) == GPOM_OK);
+                const float beyond = end * (end == legal.least ? 0.99f : 1.01f);
+                check_refused(
+                    {legal.field, which, [&](gpom_params_t &q) { q.*legal.at = beyond; }});
+            }
+        }
     }
 }
 

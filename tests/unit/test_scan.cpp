@@ -434,14 +434,21 @@ TEST_CASE("far poses lose nothing beside a far origin")
     }
 }
 
-// A sensor beyond reach is refused and counted; just within it is taken.
+// A sensor beyond reach is refused and counted, so is a pose where no map can be; just within it is
+// taken.
 TEST_CASE("a sensor beyond 8 km is refused")
 {
-    for (const Xy at : {Xy{8000.5, 0}, Xy{-5700, 5700}, Xy{0, 1e9}, Xy{1e300, -1e300}}) {
+    for (const Xy at : {Xy{8000.5, 0}, Xy{-5700, 5700}, Xy{0, 1e8}, Xy{1e8, -1e8}}) {
         TestScan s = single(3.0f);
         s.pose.x_m = at.x;
         s.pose.y_m = at.y;
         check_refused(s, GPOM_ERR_REACH, &gpom_stats_t::scans_out_of_reach);
+    }
+    for (const Xy at : {Xy{1.0001e8, 0}, Xy{0, -1.0001e8}, Xy{1e21, 0}, Xy{1e300, -1e300}}) {
+        TestScan s = single(3.0f);
+        s.pose.x_m = at.x;
+        s.pose.y_m = at.y;
+        check_refused(s, GPOM_ERR_ARG, &gpom_stats_t::scans_bad_pose);
     }
     TestScan s = single(3.0f);
     s.pose.x_m = 7999.5;

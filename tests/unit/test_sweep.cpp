@@ -202,7 +202,7 @@ TEST_CASE("a wild pose erases nothing where the origin follows the robot")
         REQUIRE(gpom_map_origin(map.get(), &after) == GPOM_OK);
         CHECK(std::memcmp(&after, &origin, sizeof after) == 0);
     };
-    for (const double wild_x_m : {1e6, -1e300, 434e3, 416e3}) {
+    for (const double wild_x_m : {1e6, -9e7, 434e3, 416e3}) {
         check(scan_at(wild_x_m));
         check(TestSweep(scan_at(wild_x_m)));
         TestSweep one = TestSweep(scan_at(425.2e3));

@@ -19,11 +19,18 @@ constexpr double kHopeless = 3e-3;   // it is still this much worse than the bes
 constexpr int kPolishIterations = 100;
 constexpr double kStepGainMin = 2e-4; ///< A changed neighbourhood must earn this much loss.
 
-/// Least noise as a share of sf2: ten times what gpom_params_check() allows.
-double noise_ratio_min(gpom_kernel_t kernel)
+bool is_rough(gpom_kernel_t kernel)
 {
-    const bool smooth = kernel == GPOM_KERNEL_NN || kernel == GPOM_KERNEL_SE;
-    return smooth ? 1e-2 : 1e-5;
+    return kernel == GPOM_KERNEL_MATERN12 || kernel == GPOM_KERNEL_ASKEY;
+}
+
+/// Least noise that is searched, as a share of sf2.
+double noise_ratio_min(gpom_kernel_t kernel) { return is_rough(kernel) ? 1e-5 : 1e-2; }
+
+/// Longest length scale that is searched; 1000 m is the longest that gpom_params_check() allows.
+double ell_longest_m(gpom_kernel_t kernel, const FitOptions &options)
+{
+    return std::min(options.ell_max_m * (kernel == GPOM_KERNEL_ASKEY ? 3.0 : 1.0), 1000.0);
 }
 
 double log_end() { return std::log(kLogDistanceMax + kLogDistanceMin); }
@@ -159,7 +166,7 @@ private:
         fit_.attempts.push_back({label, minimum.value, minimum.n_evaluations});
         if (minimum.value < fit_.loss - gain_min) {
             fit_.loss = minimum.value;
-            fit_.params = space_.params(start, minimum.x);
+            fit_.params = with_legal_noise(space_.params(start, minimum.x));
         }
         advance_(static_cast<double>(++n_done_) / static_cast<double>(n_jobs_));
     }
@@ -213,14 +220,25 @@ private:
 
 } // namespace
 
+LearntParams with_legal_noise(LearntParams params)
+{
+    const bool is_apart = params.gap_m * (1.0 - params.anisotropy) >= 0.05;
+    const double least = params.sf2 * (is_rough(params.kernel) && is_apart ? 1e-5 : 1e-3);
+    params.sn2 = std::max(params.sn2, least);
+    params.sn2_free = std::max(params.sn2_free, least);
+    params.sn2_once = params.sn2_once > 0.0 ? std::max(params.sn2_once, params.sn2) : 0.0;
+    return params;
+}
+
 FitSpace::FitSpace(gpom_kernel_t kernel, const FitOptions &options)
     : kernel_(kernel), two_noises_(options.ingredients.noise), has_once_(options.has_once)
 {
     const bool nn = kernel == GPOM_KERNEL_NN;
-    const double ell_max_m = options.ell_max_m * (kernel == GPOM_KERNEL_ASKEY ? 3.0 : 1.0);
+    const double ell_max_m = ell_longest_m(kernel, options);
     const double ratio_low = std::log(noise_ratio_min(kernel));
-    low_ << std::log(nn ? 1e-2 : 0.05), std::log(1e-4), std::log(1e-2), ratio_low, ratio_low, 0.0,
-        std::log(0.05), -kPriorArgumentMax, 0.0, -10.0, -20.0, -3.0, -3.0, -3.0, -3.0, 0.0;
+    const double ell_min_m = kernel == GPOM_KERNEL_ASKEY ? 0.6001 : 0.2001;
+    low_ << std::log(nn ? 1e-2 : ell_min_m), std::log(1e-4), std::log(1e-2), ratio_low, ratio_low,
+        0.0, std::log(0.05), -kPriorArgumentMax, 0.0, -10.0, -20.0, -3.0, -3.0, -3.0, -3.0, 0.0;
     high_ << std::log(nn ? 1e4 : ell_max_m), std::log(1e4), std::log(1e2), std::log(1e2),
         std::log(1e2), std::log(30.0), std::log(kAlphaMax), kPriorArgumentMax, 1.0, 10.0, 20.0, 3.0,
         3.0, 3.0, 3.0, 0.0;
@@ -337,7 +355,7 @@ std::vector<std::string> edge_warnings(const LearntParams &params, const FitOpti
 {
     constexpr double kNear = 0.999;
     const bool nn = params.kernel == GPOM_KERNEL_NN;
-    const double ell_max_m = options.ell_max_m * (params.kernel == GPOM_KERNEL_ASKEY ? 3.0 : 1.0);
+    const double ell_max_m = ell_longest_m(params.kernel, options);
     std::vector<std::string> warnings;
     if (!nn && params.ell_m >= kNear * ell_max_m) {
         warnings.push_back("ell_m ended at its longest, " + std::to_string(ell_max_m) +

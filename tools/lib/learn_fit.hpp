@@ -56,6 +56,9 @@ private:
     Gradient low_, high_;
 };
 
+/// With no less noise than gpom_params_check() allows, which depends on gap and anisotropy.
+LearntParams with_legal_noise(LearntParams params);
+
 /// Mean loss over neighbourhoods, weighted (FitOptions::free_weight); its gradient unless NULL. The
 /// same with any number of threads.
 double mean_loss(const LearntParams &params, const std::vector<Neighbourhood> &neighbourhoods,

@@ -299,7 +299,7 @@ Fit fit_lml(gpom_kernel_t kernel, const LearnData &data, const FitOptions &optio
     const LearntParams found = covariance.params(ascended.x);
     const Minimum sigmoid = fit_sigmoid(space, found, all_left_out(found, subsets));
     Fit fit;
-    fit.params = space.params(found, sigmoid.x);
+    fit.params = with_legal_noise(space.params(found, sigmoid.x));
     fit.loss = sigmoid.value;
     fit.attempts = {{"-LML/n, annealing", annealed.value, annealed.n_evaluations},
                     ascents[0],
