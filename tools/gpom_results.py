@@ -51,7 +51,7 @@ class Log:
 
 
 LOGS = (Log("intel", "indoor", 49), Log("csail", "indoor", 49), Log("seattle", "indoor", 49),
-        Log("campus-west", "campus", 25), Log("acapulco", "indoor", 49))
+        Log("campus-west", "campus", 25), Log("acapulco", "campus", 49))
 
 
 @dataclass(frozen=True)
@@ -336,7 +336,8 @@ def rival_entries(figures, name):
             for key, label in figures.methods(table).items() if not key.startswith("gp_")]
 
 
-def live_sections(figures, jobs, arguments, names):
+def live_sections(figures, jobs, arguments, logs):
+    names = [log.name for log in logs]
     n_learnt = len(live_section.learnt_seeds(arguments.live_seeds))
     if names:
         yield "## The live map: before and behind surfaces\n"
@@ -346,7 +347,7 @@ def live_sections(figures, jobs, arguments, names):
         if SHARE_OF_LIVE not in arguments.fractions:
             yield f"Rivals left out: no share {SHARE_OF_LIVE} among those asked for.\n"
         yield table_text(*live_section.surface_table(
-            figures.reports, names, lambda name: rival_entries(figures, name)))
+            figures.reports, logs, lambda name: rival_entries(figures, name)))
     for trial in live_section.TRIALS if names else ():
         yield f"## The live map: {live_section.TITLES[trial]}\n"
         yield commands_text([job for job in jobs if job.table == trial],
@@ -415,7 +416,7 @@ def document(figures, jobs, arguments, logs):
         parts += log_sections(figures, jobs, arguments, names)
     if streets:
         parts += street_sections(figures, jobs, streets, arguments.bench)
-    parts += live_sections(figures, jobs, arguments, names)
+    parts += live_sections(figures, jobs, arguments, logs)
     parts += odometry_sections(figures, jobs, arguments.odometry)
     parts += speed_sections(arguments.bench)
     places = [("beams 0.04", log.name, pathlib.Path(params_of(log.preset)).stem, "all")

@@ -5,8 +5,6 @@ from profile_cells import PROFILE_TITLES, profile_cells
 METRICS = ((("auc",), "AUC"), (("fp_at_tp95",), "FP@95"), (("nll",), "NLL"), (("ece",), "ECE"),
            (("band", "nll"), "NLL, band"), (("band", "ece"), "ECE, band"))
 MORE_IS_BETTER = (("auc",),)
-PRESETS = {"intel": "indoor", "csail": "indoor", "seattle": "indoor", "campus-west": "campus",
-           "acapulco": "campus"}
 COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted_redundant",
           "beams_evicted_contradicted", "beams_not_confirmed", "hits_cleared", "free_cleared")
 # What `gpom-live judge` is told beside the log.
@@ -63,7 +61,7 @@ def log_words(log):
 
 def judge_words(log, seed, trial):
     """Words of gpom-live for a log and the preset for such data."""
-    return ("judge", *log_words(log), "--params", f"tools/params/{PRESETS[log.name]}.toml",
+    return ("judge", *log_words(log), "--params", f"tools/params/{log.preset}.toml",
             "--seed", str(seed), *TRIALS[trial])
 
 
@@ -71,7 +69,7 @@ def learnt_words(log, seed):
     """Words of gpom-live, and of the run of gpom-learn before it, on the beams of the same map."""
     params = f"$STREETS/{log.name}-live-seed-{seed}/live.toml"
     learn = (*log_words(log), "--training-of", str(seed), "--seed", str(seed), *LEARNT_MODEL, *FADING,
-             "--free-weight", FREE_WEIGHTS[PRESETS[log.name]], "--out", params)
+             "--free-weight", FREE_WEIGHTS[log.preset], "--out", params)
     return ("judge", *log_words(log), "--params", params, "--seed", str(seed)), (learn,)
 
 
@@ -80,7 +78,7 @@ def seams_seeds(n_seeds):
 
 
 def seams_words(log, seed):
-    return ("seams", *log_words(log), "--params", f"tools/params/{PRESETS[log.name]}.toml",
+    return ("seams", *log_words(log), "--params", f"tools/params/{log.preset}.toml",
             "--seed", str(seed))
 
 
@@ -135,15 +133,15 @@ def learnt_seeds(n_seeds):
     return range(min(n_seeds, LEARNT_SEEDS_MAX))
 
 
-def surface_table(reports, names, rivals_of):
+def surface_table(reports, logs, rivals_of):
     """Live maps with learnt parameters and with the preset's, and rivals, up to the surface.
     rivals_of(name): label and entries of gpom-eval, seed by seed, of each rival."""
     rows = []
-    for name in names:
+    for name, preset in ((log.name, log.preset) for log in logs):
         seeds = [seed for table, log, seed in reports if (table, log) == (LEARNT, name)]
         lives = [(label, [reports[table, name, seed]["live"] for seed in seeds])
                  for table, label in ((LEARNT, "live map, learnt"),
-                                      ("live", f"live map, {PRESETS[name]}.toml"))]
+                                      ("live", f"live map, {preset}.toml"))]
         rivals = [(label, [entry["all"] | entry for entry in entries])
                   for label, entries in rivals_of(name)]
         for label, entries in lives + rivals:
