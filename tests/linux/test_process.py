@@ -159,6 +159,8 @@ SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
     ({"top": 'lcm_url = "udpm://239.1.2.3:7667?tll=1"'}, 2, "lcm_url: LCM's URL: options are ttl"),
     ({"map": "origin = [1e300, 0.0]"}, 7, "map.origin: must be a list of 2 finite numbers of at"),
     ({"raster": "cell_m = 1\nnx = 5\nny = 5\ncorner = [0, 2e9]"}, 12, "raster.corner: must be a"),
+    ({"raster": "cell_m = 0.1\nnx = 5\nny = 5\ncorner = [0, 5400000.13]",
+      "publish": 'grid = "SLAM_MAP"'}, 12, "raster.corner: publish.grid is in float32, which"),
     ({"sensors": SENSOR + "\nmount = [0, 0, 1e300]"}, 6, "sensor[0].mount: must be a list of 3"),
     ({"params": "none.toml"}, 1, "params: none.toml: cannot open; give the name of a parameters"),
 ])
