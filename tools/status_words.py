@@ -20,6 +20,7 @@ COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "sca
           30: "beams_full", 31: "beams_known", 32: "beams_contradicting", 33: "beams_ids_spent",
           34: "kept_evicted", 40: "maps_published", 41: "tiles_published", 42: "queries_answered",
           43: "queries_refused", 44: "snapshots_written", 45: "snapshots_failed",
+          46: "grids_not_sent",
           48: "can_received", 49: "can_bad_length", 50: "can_bad_crc", 51: "can_bad_counter",
           52: "can_bad_value", 53: "can_lost", 54: "can_reordered", 55: "can_errors",
           56: "can_bus_offs", 57: "can_overflows", 58: "can_downs", 59: "can_sent",

@@ -1,5 +1,6 @@
 #include "ports/linux/config.hpp"
 
+#include "ports/linux/grid_corner.hpp"
 #include "ports/linux/network.hpp"
 #include "tools/lib/params_toml.hpp"
 #include "tools/lib/toml_table.hpp"
@@ -395,6 +396,19 @@ void read_publish(const TomlTable &root, Config &config)
     publish.stale_after_us = seconds_or(table, "stale_s", 1.0, {0.05, 1e6});
 }
 
+/// A fixed raster whose corner no grid in float32 could tell would be shifted on MBot's maps.
+void check_grid(const TomlTable &root, const Config &config)
+{
+    const gpom_config_t &map = config.map;
+    const bool is_fixed = map.lowres_rolling == 0;
+    if (config.publish.grid[0] != '\0' && is_fixed &&
+        (grid_margin(map.lowres_x0_m, map.lowres_cell_m) > kGridMarginMax ||
+         grid_margin(map.lowres_y0_m, map.lowres_cell_m) > kGridMarginMax)) {
+        root.table("raster").fail("corner", "corner: publish.grid is in float32, which cannot hold "
+                                            "it; take whole metres");
+    }
+}
+
 /// gpomd must not read what it sends, nor send two types on a channel.
 void check_channels(const TomlTable &root, const Config &config)
 {
@@ -489,6 +503,7 @@ void read_config(const char *path, Config &config)
     read_intake(root, config);
     read_publish(root, config);
     check_channels(root, config);
+    check_grid(root, config);
     read_snapshot(root, path, config);
     read_can(root, config.can);
 }

@@ -424,6 +424,11 @@ void Daemon::restore()
         log(std::string(text) +
             (report.params_differ != 0 ? ", taken with other hyperparameters" : "") +
             (report.n_dropped > 0 ? "; " + std::to_string(report.n_dropped) + " did not fit" : ""));
+        const std::string kept = snapshot_file_->keep_larger(report.slot);
+        if (!kept.empty()) {
+            snapshots_.drop(report.slot);
+            log("that snapshot is of a larger map.beam_max; all of it stays in " + kept);
+        }
     } else if (snapshots_.is_used()) {
         log(std::string("no whole snapshot in ") + config_.snapshot_path +
             ": the map begins empty");

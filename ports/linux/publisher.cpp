@@ -1,6 +1,7 @@
 #include "ports/linux/publisher.hpp"
 
 #include "ports/linux/clock.hpp"
+#include "ports/linux/grid_corner.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -59,7 +60,9 @@ std::uint32_t tile_count(const gpom_config_t &map)
 std::size_t message_need(const Config &config)
 {
     const std::size_t n = std::size_t{config.map.lowres_nx} * config.map.lowres_ny;
-    const std::size_t grid = config.publish.grid[0] != '\0' ? kGridHeadBytes + 2 * n : 0;
+    const std::size_t n_grid = (std::size_t{config.map.lowres_nx} + kGridMarginMax) *
+                               (std::size_t{config.map.lowres_ny} + kGridMarginMax);
+    const std::size_t grid = config.publish.grid[0] != '\0' ? kGridHeadBytes + 2 * n_grid : 0;
     const std::size_t pixels =
         config.publish.pixels[0] != '\0' ? kPixelHeadBytes + 2 * n * sizeof(float) : 0;
     return std::max({GPOM_WIRE_MAP_BYTES(kTileCells), grid, pixels});
@@ -331,26 +334,39 @@ bool Publisher::send_tile(std::uint32_t i_tile, std::uint16_t i_sent, std::uint1
     return true;
 }
 
-/// MBot's grid: corner of cell 0, log-odds.
+/// MBot's grid: corner of cell 0, log-odds. It begins where float32 holds its corner, with unknown
+/// cells before the raster's.
 void Publisher::send_grid()
 {
     if (config_->publish.grid[0] == '\0') {
         return;
     }
     const gpom_raster_t &raster = info_.raster;
-    std::uint8_t *const cells = message_ + message_bytes_ - n_cells_; // behind what is encoded
-    for (std::uint32_t i = 0; i < n_cells_; ++i) {
-        cells[i] = static_cast<std::uint8_t>(log_odds_of(cells_[i]));
+    const std::uint32_t before_x = grid_margin(raster.x0_m, raster.cell_m);
+    const std::uint32_t before_y = grid_margin(raster.y0_m, raster.cell_m);
+    if (std::max(before_x, before_y) > kGridMarginMax) {
+        counts_->add(GPOM_WIRE_GRIDS_NOT_SENT);
+        return;
     }
-    const gpom_wire_occupancy_grid_t grid = {state_.stamp_us,
-                                             static_cast<float>(raster.x0_m),
-                                             static_cast<float>(raster.y0_m),
-                                             static_cast<float>(raster.cell_m),
-                                             raster.nx,
-                                             raster.ny,
-                                             cells};
+    const std::uint32_t nx = raster.nx + before_x, ny = raster.ny + before_y;
+    const std::size_t n_cells = std::size_t{nx} * ny;
+    std::uint8_t *const cells = message_ + message_bytes_ - n_cells; // behind what is encoded
+    std::memset(cells, 0, n_cells);
+    for (std::uint32_t i = 0; i < n_cells_; ++i) {
+        const std::size_t iy = before_y + i / raster.nx;
+        cells[iy * nx + before_x + i % raster.nx] =
+            static_cast<std::uint8_t>(log_odds_of(cells_[i]));
+    }
+    const gpom_wire_occupancy_grid_t grid = {
+        state_.stamp_us,
+        static_cast<float>(raster.x0_m - before_x * raster.cell_m),
+        static_cast<float>(raster.y0_m - before_y * raster.cell_m),
+        static_cast<float>(raster.cell_m),
+        nx,
+        ny,
+        cells};
     const std::size_t n_bytes =
-        gpom_wire_occupancy_grid_encode(&grid, message_, message_bytes_ - n_cells_);
+        gpom_wire_occupancy_grid_encode(&grid, message_, message_bytes_ - n_cells);
     send(config_->publish.grid, n_bytes);
 }
 

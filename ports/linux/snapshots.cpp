@@ -83,8 +83,7 @@ gpom_snapshot_io_t Snapshots::image_io()
 
 bool Snapshots::restore(gpom_map_t *map, gpom_snapshot_report_t &report)
 {
-    const gpom_snapshot_io_t io = image_io();
-    if (gpom_snapshot_read_begin(&snapshot_, map, &io) != GPOM_OK) {
+    if (gpom_snapshot_read_begin(&snapshot_, map, &file_) != GPOM_OK) {
         return false;
     }
     while (snapshot_.report.is_done == 0) {
@@ -95,6 +94,8 @@ bool Snapshots::restore(gpom_map_t *map, gpom_snapshot_report_t &report)
     report = snapshot_.report;
     return true;
 }
+
+void Snapshots::drop(std::uint32_t slot) { std::memset(image_[slot], 0, kBlock); }
 
 bool Snapshots::begin(const gpom_map_t *map)
 {
@@ -190,7 +191,7 @@ void Snapshots::run()
         counts_->add(is_written ? GPOM_WIRE_SNAPSHOTS_WRITTEN : GPOM_WIRE_SNAPSHOTS_FAILED);
         lock.lock();
         if (!is_written) { // the image must not claim what the disk does not hold
-            std::memset(image_[slot], 0, kBlock);
+            drop(slot);
         }
         handed_slot_ = -1;
         lock.unlock();

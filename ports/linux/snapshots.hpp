@@ -50,8 +50,11 @@ public:
     void init(const Config &config, Memory &memory, const gpom_snapshot_io_t &file, Counts &counts);
     bool is_used() const { return image_[0] != nullptr; }
 
-    /// Read the newest snapshot into a map. False: there is none that is whole.
+    /// Read the newest snapshot on disk into a map, also one of a larger map. False: there is none
+    /// that is whole.
     bool restore(gpom_map_t *map, gpom_snapshot_report_t &report);
+    /// The slot's file was set aside: what is in the image is on disk no more.
+    void drop(std::uint32_t slot);
 
     /// The mapping thread, every turn: begin when it is time, go on by a few blocks. True: go on.
     bool step(const gpom_map_t *map, std::int64_t monotonic_us);

@@ -334,6 +334,7 @@ const Drop kDrops[kDropCount] = {
     {GPOM_WIRE_QUERIES_REFUSED, "queries refused", -1, nullptr},
     {GPOM_WIRE_SNAPSHOTS_FAILED, "snapshots not written", GPOM_WIRE_PROBLEM_SNAPSHOT_FAILED,
      "is the disk full, the folder of snapshot.path gone or read-only?"},
+    {GPOM_WIRE_GRIDS_NOT_SENT, "grids whose corner float32 cannot hold", -1, nullptr},
     {GPOM_WIRE_CAN_BAD_LENGTH, "CAN frames of wrong length", GPOM_WIRE_PROBLEM_CAN_FRAMES,
      kCanRemedy},
     {GPOM_WIRE_CAN_BAD_CRC, "CAN frames with a wrong CRC", GPOM_WIRE_PROBLEM_CAN_FRAMES,

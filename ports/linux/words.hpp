@@ -22,7 +22,7 @@ struct Drop {
 
 /// All of them. Fragments of messages too long for gpomd are not told: they are others', or of its
 /// own grid.
-constexpr std::size_t kDropCount = 37;
+constexpr std::size_t kDropCount = 38;
 extern const Drop kDrops[kDropCount];
 
 /// A problem in one sentence: channel, type, value, and what to do.

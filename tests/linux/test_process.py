@@ -2,6 +2,7 @@
 import configparser
 import math
 import os
+import pathlib
 import re
 import resource
 import select
@@ -12,7 +13,7 @@ import threading
 import time
 
 import pytest
-from conftest import (PATIENCE_S, ROOT, T0_US, URL, config_text, encoded, library_cells,
+from conftest import (N_BEAMS, PATIENCE_S, ROOT, T0_US, URL, config_text, encoded, library_cells,
                       own_network, replay, run, scan, stalled, tool, wait_for_map, wait_for_status,
                       wait_until)
 from gpom_watch import Watch
@@ -159,6 +160,8 @@ SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
     ({"top": 'lcm_url = "udpm://239.1.2.3:7667?tll=1"'}, 2, "lcm_url: LCM's URL: options are ttl"),
     ({"map": "origin = [1e300, 0.0]"}, 7, "map.origin: must be a list of 2 finite numbers of at"),
     ({"raster": "cell_m = 1\nnx = 5\nny = 5\ncorner = [0, 2e9]"}, 12, "raster.corner: must be a"),
+    ({"raster": "cell_m = 0.1\nnx = 5\nny = 5\ncorner = [0, 5400000.13]",
+      "publish": 'grid = "SLAM_MAP"'}, 12, "raster.corner: publish.grid is in float32, which"),
     ({"sensors": SENSOR + "\nmount = [0, 0, 1e300]"}, 6, "sensor[0].mount: must be a list of 3"),
     ({"params": "none.toml"}, 1, "params: none.toml: cannot open; give the name of a parameters"),
 ])
@@ -279,6 +282,31 @@ def test_a_snapshot_that_cannot_be_written_is_counted(start, peer, tmp_path):
     wait_until(watch, lambda: watch.status["counts"]["snapshots_failed"] > 1)
     assert daemon.stop() == 0
     assert restored(start(rest=snapshot))[0] > 0
+
+
+def test_a_smaller_beam_max_loses_no_snapshot(start, peer, tmp_path):
+    """The youngest beams are taken, the whole snapshot stays beside; with the former beam_max it is
+    read again."""
+    snapshot = f'[snapshot]\npath = "{tmp_path}/map"\nperiod_s = 0.2'
+    daemon, watch = start(rest=snapshot, map="beam_max = 4000\nkeep_m = 0.0"), Watch(URL)
+    for i in range(40):
+        watch.bus.publish("GPOM_SCAN", encoded(scan(peer, i + 1)))
+    n_beams = 40 * N_BEAMS
+    wait_for_status(watch, scans_inserted=40)
+    assert daemon.stop() == 0
+    small, watch = start(rest=snapshot, map="beam_max = 500\nkeep_m = 0.0"), Watch(URL)
+    assert restored(small)[0] == 500
+    said = "".join(small.lines)
+    assert f"; {n_beams - 500} did not fit" in said
+    kept = re.search(r"larger map.beam_max; all of it stays in (\S+)", said)[1]
+    wait_until(watch, lambda: watch.status is not None
+               and watch.status["counts"]["snapshots_written"] > 2)
+    assert small.stop() == 0
+    for slot in (0, 1):
+        (tmp_path / f"map.{slot}").unlink()
+    pathlib.Path(kept).rename(kept.removesuffix(".larger"))
+    again = start(rest=snapshot, map="beam_max = 4000\nkeep_m = 0.0")
+    assert restored(again)[0] == n_beams
 
 
 def test_a_snapshot_folder_that_is_not_there_is_named(tmp_path):

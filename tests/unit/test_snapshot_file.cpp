@@ -3,6 +3,8 @@
 #include "tools/lib/file_error.hpp"
 #include "tools/lib/snapshot_file.hpp"
 
+#include <sys/stat.h>
+
 #include <filesystem>
 
 using namespace reference;
@@ -88,4 +90,70 @@ TEST_CASE("files that another one writes are refused")
         CHECK_NOTHROW(gpom_tools::SnapshotFile(folder.file(), 300, false));
     }
     CHECK_NOTHROW(gpom_tools::SnapshotFile(folder.file(), 300, true));
+}
+
+// Either file alone is taken by who writes: a second one is refused though the other was removed.
+TEST_CASE("either of the two files keeps another writer out")
+{
+    for (const char *const removed : {".0", ".1"}) {
+        const TestFolder folder;
+        const gpom_tools::SnapshotFile first(folder.file(), 300, true);
+        std::filesystem::remove(folder.file() + removed);
+        CHECK_THROWS_AS(gpom_tools::SnapshotFile(folder.file(), 300, true), gpom_tools::FileError);
+    }
+}
+
+// Nobody else may read them, and they are files of their own: no link leads to another one.
+TEST_CASE("snapshots are private files and no links")
+{
+    namespace fs = std::filesystem;
+    const TestFolder folder;
+    {
+        const gpom_tools::SnapshotFile file(folder.file(), 300, true);
+    }
+    for (const char *const slot : {".0", ".1"}) {
+        CHECK(fs::status(folder.file() + slot).permissions() ==
+              (fs::perms::owner_read | fs::perms::owner_write));
+        fs::remove(folder.file() + slot);
+        fs::create_symlink(folder.path / "victim", folder.file() + slot);
+        CHECK_THROWS_AS(gpom_tools::SnapshotFile(folder.file(), 300, true), gpom_tools::FileError);
+        CHECK(!fs::exists(folder.path / "victim"));
+        fs::remove(folder.file() + slot);
+        fs::create_directory(folder.file() + slot);
+        CHECK_THROWS_AS(gpom_tools::SnapshotFile(folder.file(), 300, false), gpom_tools::FileError);
+        fs::remove(folder.file() + slot);
+        REQUIRE(mkfifo((folder.file() + slot).c_str(), 0600) == 0);
+        CHECK_THROWS_AS(gpom_tools::SnapshotFile(folder.file(), 300, false), gpom_tools::FileError);
+        CHECK_THROWS_AS(gpom_tools::SnapshotFile(folder.file(), 300, true), gpom_tools::FileError);
+        fs::remove(folder.file() + slot);
+    }
+}
+
+// A smaller map takes the youngest beams of a larger one's snapshot, whose file stays as it is.
+TEST_CASE("a snapshot of a larger map is read and kept")
+{
+    GPOM_TELL_SEED();
+    const TestFolder folder;
+    TestMap map(config_of(params_of(GPOM_KERNEL_MATERN12), 300));
+    drive(map.get(), 502, 6);
+    REQUIRE(write_file(map.get(), folder.file()) == GPOM_OK);
+    const auto bytes = std::filesystem::file_size(folder.file() + ".0");
+    TestMap small(config_of(params_of(GPOM_KERNEL_MATERN12), 100));
+    gpom_tools::SnapshotFile file(folder.file(), 100, true);
+    const gpom_snapshot_io_t io = file.io();
+    gpom_snapshot_t snapshot;
+    REQUIRE(gpom_snapshot_read_begin(&snapshot, small.get(), &io) == GPOM_OK);
+    REQUIRE(gpom_snapshot_read_step(&snapshot, small.get(), 1000) == GPOM_OK);
+    CHECK(gpom_map_beam_count(small.get()) == 100);
+    CHECK(snapshot.report.n_dropped == 200);
+    const std::string kept = folder.file() + ".0.larger";
+    CHECK(file.keep_larger(0) == kept);
+    CHECK(std::filesystem::file_size(kept) == bytes);
+    CHECK(file.keep_larger(0) == "");
+    REQUIRE(gpom_snapshot_write_begin(&snapshot, small.get(), &io) == GPOM_OK);
+    REQUIRE(gpom_snapshot_write_step(&snapshot, small.get(), 1000) == GPOM_OK);
+    CHECK(std::filesystem::file_size(kept) == bytes);
+    std::filesystem::resize_file(folder.file() + ".1", bytes); // and no second is put in its place
+    std::filesystem::rename(kept, folder.file() + ".1.larger");
+    CHECK_THROWS_AS(file.keep_larger(1), gpom_tools::FileError);
 }
