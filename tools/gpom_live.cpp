@@ -188,11 +188,22 @@ nlohmann::ordered_json door_figures(Options &options)
     return door_report(options.door);
 }
 
-nlohmann::ordered_json drive_figures(Options &options, bool insertion)
+void prepare_drive(Options &options)
 {
     check_length(options.bench.drive);
     options.bench.drive.params = read_params(options.params_path);
-    return insertion ? insert_report(options.bench) : drive_report(options.bench.drive);
+}
+
+nlohmann::ordered_json drive_figures(Options &options)
+{
+    prepare_drive(options);
+    return drive_report(options.bench.drive);
+}
+
+nlohmann::ordered_json insert_figures(Options &options)
+{
+    prepare_drive(options);
+    return insert_report(options.bench);
 }
 
 nlohmann::ordered_json judge_figures(Options &options)
@@ -229,17 +240,19 @@ int main(int argc, char **argv)
                  "gpom-live");
     Options options;
     app.require_subcommand(1);
-    const CLI::App *const judge = add_judge(app, options);
-    const CLI::App *const seams = add_seams(app, options);
-    const CLI::App *const cars = add_cars(app, options);
-    const CLI::App *const door = add_door(app, options);
-    const CLI::App *const insert = add_insert(app, options);
-    add_drive(app, options);
+    struct Command {
+        const CLI::App *app;
+        nlohmann::ordered_json (*figures)(Options &options);
+    };
+    const Command commands[] = {
+        {add_judge(app, options), judge_figures},   {add_seams(app, options), seams_figures},
+        {add_cars(app, options), cars_figures},     {add_door(app, options), door_figures},
+        {add_insert(app, options), insert_figures}, {add_drive(app, options), drive_figures}};
     return run_tool(app, argc, argv, [&] {
-        report(options, judge->parsed()  ? judge_figures(options)
-                        : seams->parsed() ? seams_figures(options)
-                        : cars->parsed() ? cars_figures(options)
-                        : door->parsed() ? door_figures(options)
-                                         : drive_figures(options, insert->parsed()));
+        for (const Command &command : commands) {
+            if (command.app->parsed()) {
+                report(options, command.figures(options));
+            }
+        }
     });
 }

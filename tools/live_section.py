@@ -21,10 +21,10 @@ LEARNT_MODEL = ("--kernel", "matern12", "--model", "noise,anisotropy,vote,line")
 SEAMS = "seams"
 SEAMS_SEEDS_MAX = 3
 SEAMS_TEXT = """\
-Along 500 random lines of 1 m through places on held-out beams (streets: at random places near beams):
-neighbouring places 2 mm apart whose probabilities differ by more than a bound, for each metre, and
-the largest difference. A jump is what is left of a difference where the places are 0.03 mm apart:
-the rest was a steep slope. Means over the seeds; the largest of all.
+Along 500 random lines of 1 m through places on held-out beams (streets: at random places near
+beams): neighbouring places 2 mm apart whose probabilities differ by more than a bound, for each
+metre, and the largest difference. A jump is what is left of a difference where the places are
+0.03 mm apart: the rest was a steep slope. Means over the seeds; the largest of all.
 """
 DOORS = "doors"
 DOORS_TEXT = """\
@@ -68,8 +68,8 @@ def judge_words(log, seed, trial):
 def learnt_words(log, seed):
     """Words of gpom-live, and of the run of gpom-learn before it, on the beams of the same map."""
     params = f"$STREETS/{log.name}-live-seed-{seed}/live.toml"
-    learn = (*log_words(log), "--training-of", str(seed), "--seed", str(seed), *LEARNT_MODEL, *FADING,
-             "--free-weight", FREE_WEIGHTS[log.preset], "--out", params)
+    learn = (*log_words(log), "--training-of", str(seed), "--seed", str(seed), *LEARNT_MODEL,
+             *FADING, "--free-weight", FREE_WEIGHTS[log.preset], "--out", params)
     return ("judge", *log_words(log), "--params", params, "--seed", str(seed)), (learn,)
 
 

@@ -42,7 +42,8 @@ def params_initialiser(path):
     names = ["sf2", "sn2", "alpha", "beta", "gap_m", "p_occupied", "p_free"]
     for name in names + (["s0", "s1"] if is_nn else ["ell_m"]):
         fields[name] = c_float(toml[name])
-    for name in sorted(set(toml) - set(fields) - {"hits", "free", "fading"}):  # what is absent is neutral
+    counts = {"hits", "free", "fading"}
+    for name in sorted(set(toml) - set(fields) - counts):  # what is absent is neutral
         fields[name] = c_float(toml[name])
     return ",\n".join(f"    .{name} = {value}" for name, value in fields.items())
 

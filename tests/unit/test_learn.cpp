@@ -264,50 +264,6 @@ TEST_CASE("any point of the fit's box has its prior probability between 0.35 and
     }
 }
 
-/// Places that no beam came near, of every hundred as many occupied as asked for.
-LearnData far_places(int percent_occupied)
-{
-    Random random(6);
-    LearnData data{{random_world(random, 12)}, {}, {}, {}, ""};
-    for (int i = 0; i < 1000; ++i) {
-        data.anywhere.push_back({random.uniform(100.0, 200.0), random.uniform(100.0, 200.0),
-                                 i % 100 < percent_occupied, 0, kNoBeam});
-    }
-    return data;
-}
-
-TEST_CASE("beta_far gives places far from all beams their share of occupied ones")
-{
-    for (const gpom_kernel_t kernel : kKernels) {
-        const LearntParams params = busy_params(kernel);
-        for (const int percent : {40, 50, 60}) {
-            const LearntParams far = fit_far(params, far_places(percent), one_thread());
-            CHECK(std::fabs(prior_probability(far) - percent / 100.0) < 1e-3);
-            CHECK(far.beta == params.beta);
-        }
-    }
-}
-
-TEST_CASE("beta_far never makes an unseen place free or occupied, however few or many are occupied")
-{
-    const LearntParams params = busy_params(GPOM_KERNEL_MATERN12);
-    CHECK(prior_probability(fit_far(params, far_places(97), one_thread())) ==
-          doctest::Approx(0.69));
-    CHECK(prior_probability(fit_far(params, far_places(3), one_thread())) ==
-          doctest::Approx(0.31));
-}
-
-TEST_CASE("beta_far stays as it is without places, and where the map never fades to its prior")
-{
-    LearntParams params = busy_params(GPOM_KERNEL_MATERN12);
-    CHECK(fit_far(params, far_places(0), one_thread()).beta_far != params.beta_far);
-    LearnData none = far_places(60);
-    none.anywhere.clear();
-    CHECK(fit_far(params, none, one_thread()).beta_far == params.beta_far);
-    params.fade_m = 0.0;
-    CHECK(fit_far(params, far_places(60), one_thread()).beta_far == params.beta_far);
-}
-
 TEST_CASE("the loss is the same to the last bit with any number of threads")
 {
     const LearntParams params = busy_params(GPOM_KERNEL_MATERN12);

@@ -41,8 +41,8 @@ JudgeData log_data(const JudgeOptions &options)
     LogSplit split =
         split_log(read_log(options.scans_path, options.reading), options.fraction, options.seed);
     const std::vector<GridBeam> others = beams_of(split.others, 0.0);
-    return {std::move(split.training), std::move(split.points),
-            profile_along(others, options.seed), others};
+    return {std::move(split.training), std::move(split.points), profile_along(others, options.seed),
+            others};
 }
 
 MethodResult judged(const std::vector<gpom_answer_t> &answers, const TestSet &test)

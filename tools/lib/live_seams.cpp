@@ -22,8 +22,8 @@ std::vector<gpom_point_t> places_between(gpom_point_t from, gpom_point_t to, std
     std::vector<gpom_point_t> places;
     for (std::size_t i = 0; i <= n; ++i) {
         const double share = static_cast<double>(i) / static_cast<double>(n);
-        places.push_back({from.x_m + share * (to.x_m - from.x_m),
-                          from.y_m + share * (to.y_m - from.y_m)});
+        places.push_back(
+            {from.x_m + share * (to.x_m - from.x_m), from.y_m + share * (to.y_m - from.y_m)});
     }
     return places;
 }
@@ -52,9 +52,8 @@ void look_along(const AskMap &ask, gpom_point_t middle, double bearing_rad, Seam
     const double x_m = kSeamLine / 2.0 * std::cos(bearing_rad);
     const double y_m = kSeamLine / 2.0 * std::sin(bearing_rad);
     const auto n_steps = static_cast<std::size_t>(std::lround(kSeamLine / kSeamStep));
-    const std::vector<gpom_point_t> places =
-        places_between({middle.x_m - x_m, middle.y_m - y_m}, {middle.x_m + x_m, middle.y_m + y_m},
-                       n_steps);
+    const std::vector<gpom_point_t> places = places_between(
+        {middle.x_m - x_m, middle.y_m - y_m}, {middle.x_m + x_m, middle.y_m + y_m}, n_steps);
     const std::vector<double> p = ask(places);
     for (std::size_t i = 1; i < p.size(); ++i) {
         const double difference = std::abs(p[i] - p[i - 1]);

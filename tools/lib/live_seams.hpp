@@ -9,9 +9,9 @@
 namespace gpom_tools
 {
 
-constexpr double kSeamLine = 1.0;            ///< Length of a line [m].
-constexpr double kSeamStep = 0.002;          ///< Between the places on it [m].
-constexpr std::size_t kSeamParts = 64;       ///< Of a step, where it is looked at closely.
+constexpr double kSeamLine = 1.0;                   ///< Length of a line [m].
+constexpr double kSeamStep = 0.002;                 ///< Between the places on it [m].
+constexpr std::size_t kSeamParts = 64;              ///< Of a step, where it is looked at closely.
 constexpr double kSeamBounds[] = {0.02, 0.05, 0.1}; ///< Of the probability.
 
 /// Neighbouring places whose probabilities differ by more than each of kSeamBounds, and the largest
