@@ -364,7 +364,7 @@ endef
 
 # On a microcontroller what runs seldom, or is short, is compiled for size; on the smallest one also
 # what costs few instructions for its bytes.
-SMALL_cortex-m4 := known_free
+SMALL_cortex-m4 := known_free witness
 SMALL := $(if $(filter 1,$(BARE)),config_check index kernel live lowres lowres_mark lowres_read \
     lowres_step map $(SMALL_$(CPU)))
 $(SMALL:%=$(BUILD)/obj/src/%.o): SIZE := -Os

@@ -262,4 +262,12 @@ uint32_t build_some(Index &index, uint32_t budget)
     return used;
 }
 
+void index_long_scan(Index &index, uint32_t first_id)
+{
+    const uint32_t id_end = index.hit_tree.id_end;
+    if (index.next_id - (id_end > first_id ? id_end : first_id) >= kUnindexedMax) {
+        build_some(index, UINT32_MAX);
+    }
+}
+
 } // namespace gpom

@@ -58,6 +58,9 @@ struct Index {
     TreeBuild build;
 };
 
+/// Most beams of one scan that are not indexed (scan.h).
+constexpr uint32_t kUnindexedMax = 2048;
+
 /// Entries of Index::recent for a map of beam_max beams.
 constexpr uint32_t recent_capacity(uint32_t beam_max)
 {
@@ -98,6 +101,11 @@ void shift_origin(Index &index, float dx_m, float dy_m);
 /// Go on building, or start if it is worth it, for at most `budget` operations (see build_some();
 /// listing a slot is one). Returns those used; 0: nothing to do.
 uint32_t build_some(Index &index, uint32_t budget);
+
+/// Index all beams once those of one scan, from first_id on, that are not indexed are
+/// kUnindexedMax: each walk looks at them all, so that the cost of a long scan would grow with the
+/// square of its length.
+void index_long_scan(Index &index, uint32_t first_id);
 
 /// Start building whether it is worth it or not, dropping what was under way.
 void start_build(Index &index);

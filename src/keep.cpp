@@ -361,6 +361,7 @@ void settle_group(gpom_map &map)
     group.returned = 0;
     group.sure = 0;
     group.isolated = 0;
+    index_long_scan(map.index, map.keeper.scan_first_id);
 }
 
 /// True if a neighbour in the scan looks past a beam's end: it is keep_m beside it or nearer, and

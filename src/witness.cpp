@@ -13,6 +13,17 @@ namespace
 /// Counts at which a hit that arrived where the place was free has settled.
 constexpr uint32_t kArrivedCounts = 3;
 
+/// A hit nearer to its own sensor than keep_m times this refuses no beam: 9 degrees or more would
+/// pass it, and half of all beams pass one of millimetres.
+constexpr float kNearSpacings = 2.0f;
+
+/// A hit refuses no beam from the scan on that is this one in a row to see through it.
+constexpr uint32_t kDoubtedScans = 3;
+
+/// At times whose marks are below this, one in eight, no hit refuses a beam: some hits are passed
+/// and confirmed in turn for ever. From one such time to the next are 5, 8 or 13.
+constexpr uint32_t kOpenTimeMarks = 4;
+
 /// Lane vectors that a group fills.
 constexpr uint32_t kWidth = static_cast<uint32_t>(kLanes);
 constexpr uint32_t kVectors = kGroup / kWidth;
@@ -318,6 +329,13 @@ uint32_t pair_around(const Trial &trial, uint32_t beside, const Point &hit)
     return 0;
 }
 
+/// True if beams that pass a hit are dropped while it stands (live.h).
+bool is_refusing(const gpom_map &map, const Beam &beam)
+{
+    return beam.range_m >= kNearSpacings * map.config.keep_m && beam.hit_against < kDoubtedScans &&
+           map.keeper.time_mark >= kOpenTimeMarks;
+}
+
 /// Let the group's beams speak for or against a kept hit of an earlier scan: those that run past
 /// it, or else two that have it between them; a provisional one is gone at once, so only past it.
 void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
@@ -341,7 +359,7 @@ void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
     if (through != 0 && map.config.clear_scans > 0) {
         const bool gone = contradict(map, slot);
         group.clearing |= gone && !was_provisional ? through : 0u;
-        group.against |= gone ? 0u : passes;
+        group.against |= gone || !is_refusing(map, beam) ? 0u : passes;
     }
 }
 

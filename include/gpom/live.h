@@ -8,7 +8,12 @@
  *    neighbours in a scan, keep_m apart or less at the hit, that pass on either side of it. The
  *    first of different times in a row takes one count from the hit, then two, four, eight; when
  *    none is left and clear_scans were in a row, the hit is past, and the beams that did it are
- *    kept. Beams that pass within 0.15 keep_m of hits that stand are not kept.
+ *    kept.
+ *  - Beams that pass within 0.15 keep_m of hits that stand are refused: not kept, and counted as
+ *    beams_contradicting. A hit nearer than 2 keep_m to the sensor that saw it refuses nothing, nor
+ *    does one from the third scan in a row on that sees through it. At one time in eight no hit
+ *    refuses a beam, so that what is behind one that is confirmed in between is kept after 13 times
+ *    at most (scans of one sensor; of up to three in turn, too).
  *  - A past hit tells queries that something may stand there: as one whose place is so uncertain
  *    that half its say is left (rho^2 = 1/2 in scan.h), noise 2 sn2 + k**. Nothing else minds it:
  *    returns from there are new, beams past it are kept. If another that was past before is within

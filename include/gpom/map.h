@@ -105,7 +105,7 @@ typedef struct {
                                        is no return (scan.h). */
     uint64_t beams_masked;        /**< Ignored: bearing inside one of the sensor's masks. */
     uint64_t beams_known;         /**< Not kept: confirms what is known (keep_m). */
-    uint64_t beams_contradicting; /**< Not kept: runs past hits that stand so far (clear_scans). */
+    uint64_t beams_contradicting; /**< Not kept: runs past hits that stand so far (live.h). */
     uint64_t beams_redundant;     /**< Not kept: the map was full of more useful ones. */
     uint64_t beams_ids_spent;     /**< Not kept: 2^31 beams were kept since the map was
                                        last made, cleared or read from a snapshot. */

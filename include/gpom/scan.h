@@ -94,6 +94,10 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *          full, 3 for each new beam; with keep_m > 0, 1 for each 16 beams, which compares those 16
  *          with every hit it meets, 1 for each beam that ends at no kept hit, 2 more for each new
  *          return, and 1 for each kept hit that arrived (live.h) and is confirmed, or is past now.
+ *          Each walk also looks at the beams that gpom_map_step() has not indexed yet. So that a
+ *          range of a long scan costs no more than one of a short scan, 2048 new beams of one scan
+ *          are indexed at once, as gpom_map_build() does it: n_ranges / 2048 times at most, and
+ *          never for scans of fewer ranges.
  *          Low-resolution cells near a beam are marked, at most all of them, for each beam kept,
  *          each beam, hit or segment removed and each hit whose noise changes; m that one group of
  *          16 removes are sorted, m log2(m).

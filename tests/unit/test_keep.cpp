@@ -223,7 +223,7 @@ TEST_CASE("a hit is cleared by clear_scans scans of different times")
                 }
                 CHECK(n_times == clear_scans);
                 CHECK(k.map.stats().hits_cleared == 1);
-                CHECK(k.ask({12, 0}).n_hits == 2); // what was seen behind it is in; it is past
+                CHECK(k.ask({12, 0}).n_hits >= 2); // what was seen behind it is in; it is past
             }
         }
     }
