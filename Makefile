@@ -181,7 +181,7 @@ codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS=
 bench-insert: tools ## Time inserting scans into a map of 20,000 beams, one with room and a full one
 	@mkdir -p build/bench
 	$(Q)for beam_max in 40000 20000; do \
-	    $(BUILD)/gpom-live insert --params tools/params/street.toml --kept 20000 --runs 3 \
+	    $(BUILD)/gpom-live insert --params tools/params/street.toml --keep 0.1 --kept 20000 --runs 3 \
 	        --beam-max $$beam_max --json build/bench/insert-of-$$beam_max.json || exit 1; \
 	done
 	$(Q)python3 bench/ratios.py --insert build/bench/insert-of-*.json
