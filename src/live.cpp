@@ -153,7 +153,7 @@ Eigen::Vector2d origin_step(const gpom_map &map, double x_m, double y_m)
     return {whole_metres(from_x), whole_metres(from_y)};
 }
 
-bool is_believed(gpom_map &map, const Eigen::Vector2d &step_m)
+bool note_out_of_reach(gpom_map &map, const Eigen::Vector2d &step_m)
 {
     constexpr auto reach_m = static_cast<float>(GPOM_REACH_M);
     const Eigen::Vector2f place_m = step_m.cast<float>();

@@ -18,7 +18,7 @@ Eigen::Vector2d origin_step(const gpom_map &map, double x_m, double y_m);
 constexpr uint32_t kBelieved = 10;
 
 /// Note a scan that is a step out of reach. True if it is the kBelieved-th.
-bool is_believed(gpom_map &map, const Eigen::Vector2d &step_m);
+bool note_out_of_reach(gpom_map &map, const Eigen::Vector2d &step_m);
 
 /// Move the origin to a scan that is taken. Beams out of reach from there are forgotten. O(1) if
 /// the step is zero, else O(beam_max + cells).

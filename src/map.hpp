@@ -26,7 +26,7 @@ struct gpom_map {
     gpom::Keeper keeper;
     gpom::Lowres lowres;
     gpom::Point refused; ///< Where the last scan out of reach was, if the origin follows the robot.
-    uint32_t n_refused;  ///< Such scans since one was taken (live.hpp: is_believed()).
+    uint32_t n_refused;  ///< Such scans since one was taken (live.hpp: note_out_of_reach()).
 };
 
 namespace gpom

@@ -294,7 +294,7 @@ bool may_follow(gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &p
 {
     return is_in_reach(map, sensor, pose, step_m) &&
            (map.index.n_beams == 0 || is_in_reach(map, sensor, pose, {0.0, 0.0}) ||
-            gpom::is_believed(map, step_m));
+            gpom::note_out_of_reach(map, step_m));
 }
 
 /// Of the scan that was noted last.

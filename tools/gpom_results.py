@@ -159,10 +159,10 @@ def live_jobs(arguments, logs):
             for seed in range(arguments.live_seeds)]
     jobs += [Job(live_section.LEARNT, log.name, seed, *live_section.learnt_words(log, seed),
                  tool="gpom-live")
-             for log in logs for seed in live_section.learnt_seeds(arguments.live_seeds)]
+             for log in logs for seed in live_section.few_seeds(arguments.live_seeds)]
     jobs += [Job(live_section.SEAMS, log.name, seed, live_section.seams_words(log, seed),
                  tool="gpom-live")
-             for log in logs for seed in live_section.seams_seeds(arguments.live_seeds)]
+             for log in logs for seed in live_section.few_seeds(arguments.live_seeds)]
     jobs += [Job(live_section.SEAMS, f"street {i}", 0, live_section.street_seams_words(i),
                  tool="gpom-live") for i in range(arguments.streets)]
     if jobs:
@@ -338,11 +338,11 @@ def rival_entries(figures, name):
 
 def live_sections(figures, jobs, arguments, logs):
     names = [log.name for log in logs]
-    n_learnt = len(live_section.learnt_seeds(arguments.live_seeds))
+    n_few = len(live_section.few_seeds(arguments.live_seeds))
     if names:
         yield "## The live map: before and behind surfaces\n"
         yield commands_text([job for job in jobs if job.table == live_section.LEARNT],
-                            f"`$SEED` = 0 to {n_learnt - 1}\n")
+                            f"`$SEED` = 0 to {n_few - 1}\n")
         yield live_section.SURFACES_TEXT
         if SHARE_OF_LIVE not in arguments.fractions:
             yield f"Rivals left out: no share {SHARE_OF_LIVE} among those asked for.\n"
@@ -364,9 +364,9 @@ def live_sections(figures, jobs, arguments, logs):
 def seams_and_doors(figures, jobs, arguments):
     seams = [job for job in jobs if job.table == live_section.SEAMS]
     if seams:
-        n_seeds = len(live_section.seams_seeds(arguments.live_seeds))
+        n_few = len(live_section.few_seeds(arguments.live_seeds))
         yield "## The live map: jumps\n"
-        yield commands_text(seams, f"`$SEED` = 0 to {n_seeds - 1}\n")
+        yield commands_text(seams, f"`$SEED` = 0 to {n_few - 1}\n")
         yield live_section.SEAMS_TEXT
         yield table_text(*live_section.seams_table(figures.reports))
     doors = [job for job in jobs if job.table == live_section.DOORS]

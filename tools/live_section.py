@@ -12,14 +12,14 @@ TRIALS = {"live": (), "spurious": ("--spurious", "0.05")}
 TITLES = {"live": "what is worth keeping", "spurious": "spurious returns"}
 # Maps whose parameters their own beams taught.
 LEARNT = "live learnt"
-LEARNT_SEEDS_MAX = 3
-# Answers of live maps do not jump.
+# Where ten seeds would say no more.
+FEW_SEEDS = 3
+# Neighbours fade in live maps.
 FADING = ("--fix", "fading=2")
 # What a free place counts in learning for a live map (gpom-learn --free-weight).
 FREE_WEIGHTS = {"indoor": "1.4", "campus": "1"}
 LEARNT_MODEL = ("--kernel", "matern12", "--model", "noise,anisotropy,vote,line")
 SEAMS = "seams"
-SEAMS_SEEDS_MAX = 3
 SEAMS_TEXT = """\
 Along 500 random lines of 1 m through places on held-out beams (streets: at random places near
 beams): neighbouring places 2 mm apart whose probabilities differ by more than a bound, for each
@@ -71,10 +71,6 @@ def learnt_words(log, seed):
     learn = (*log_words(log), "--training-of", str(seed), "--seed", str(seed), *LEARNT_MODEL,
              *FADING, "--free-weight", FREE_WEIGHTS[log.preset], "--out", params)
     return ("judge", *log_words(log), "--params", params, "--seed", str(seed)), (learn,)
-
-
-def seams_seeds(n_seeds):
-    return range(min(n_seeds, SEAMS_SEEDS_MAX))
 
 
 def seams_words(log, seed):
@@ -129,8 +125,8 @@ def accuracy_table(reports):
     return ["log", "beams", *(title for _, title in METRICS), "number", "test points"], rows
 
 
-def learnt_seeds(n_seeds):
-    return range(min(n_seeds, LEARNT_SEEDS_MAX))
+def few_seeds(n_seeds):
+    return range(min(n_seeds, FEW_SEEDS))
 
 
 def surface_table(reports, logs, rivals_of):

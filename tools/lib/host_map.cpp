@@ -108,6 +108,15 @@ std::vector<gpom_answer_t> HostMap::query(const gpom_raster_t &raster) const
     return answers;
 }
 
+std::vector<double> HostMap::probabilities(const std::vector<gpom_point_t> &points) const
+{
+    std::vector<double> probabilities;
+    for (const gpom_answer_t &answer : query(points)) {
+        probabilities.push_back(double{answer.probability});
+    }
+    return probabilities;
+}
+
 gpom_path_result_t HostMap::query(const gpom_path_t &path) const
 {
     gpom_path_result_t result;

@@ -51,6 +51,8 @@ public:
     /// was cut has its flag, as in the library; a point out of reach throws.
     std::vector<gpom_answer_t> query(const std::vector<gpom_point_t> &points) const;
     std::vector<gpom_answer_t> query(const gpom_raster_t &raster) const;
+    /// Of the answers of query() the probabilities alone.
+    std::vector<double> probabilities(const std::vector<gpom_point_t> &points) const;
     /// Likewise, its flags say which.
     gpom_path_result_t query(const gpom_path_t &path) const;
 

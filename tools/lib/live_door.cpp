@@ -48,15 +48,6 @@ double centre_of_cell(double at_m, double cell_m)
     return (std::floor(at_m / cell_m) + 0.5) * cell_m;
 }
 
-std::vector<double> ask_map(const HostMap &map, const Points &points)
-{
-    std::vector<double> probabilities;
-    for (const gpom_answer_t &answer : map.query(points)) {
-        probabilities.push_back(double{answer.probability});
-    }
-    return probabilities;
-}
-
 // ---- maps ---------------------------------------------------------------------------------------
 
 /// A live map with its low-resolution map, and OctoMap with the same cells.
@@ -126,7 +117,7 @@ std::vector<Method> methods_of(std::vector<std::unique_ptr<Maps>> &all)
 {
     std::vector<Method> methods{
         {"continuous", kContinuousCell,
-         [&map = all.front()->live](const Points &points) { return ask_map(map, points); }}};
+         [&map = all.front()->live](const Points &points) { return map.probabilities(points); }}};
     for (const auto &maps : all) {
         while (maps->live.step(kWholeStepOps) > 0) {
         }
@@ -229,7 +220,7 @@ Json wall_json(const HostMap &map, const Corridor &corridor)
              y_m <= corridor.wall.y1_m + kOpeningMargin; y_m += kWallStep[1]) {
             line.push_back({x_m, y_m});
         }
-        const std::vector<double> probabilities = ask_map(map, line);
+        const std::vector<double> probabilities = map.probabilities(line);
         const double p_max = *std::max_element(probabilities.begin(), probabilities.end());
         if (is_plain_wall(corridor, x_m) && p_max < most_free["p_max"].get<double>()) {
             most_free = {{"p_max", p_max}, {"x_m", x_m}};

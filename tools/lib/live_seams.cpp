@@ -105,11 +105,7 @@ Json seams_report(const JudgeOptions &options, std::size_t n_lines)
     const JudgeData data = judge_data(options);
     const HostMap map = live_map(read_params(options.params_path), options.live, data.scans);
     const AskMap ask = [&map](const std::vector<gpom_point_t> &places) {
-        std::vector<double> p;
-        for (const gpom_answer_t &answer : map.query(places)) {
-            p.push_back(double{answer.probability});
-        }
-        return p;
+        return map.probabilities(places);
     };
     std::vector<gpom_point_t> middles = places_of(data.points);
     if (options.truth_path.empty()) {
