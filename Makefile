@@ -101,8 +101,8 @@ PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
 
 objects = $(patsubst %,$(BUILD)/obj/%.o,$(basename $(1)))
 
-CORE_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),src/sparse_gp.cpp),\
-                $(wildcard src/*.cpp)))
+CORE_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),src/gp/sparse_gp.cpp),\
+                $(wildcard src/*/*.cpp)))
 # What every program with the library in it is linked with.
 CORE_LIBS := $(if $(filter 1,$(SPARSE)),-lldl -lamd) -lm
 LCM_TOOL_SRC := tools/gpom_replay.cpp tools/gpom_bridge.cpp # built of the daemon's parts
@@ -111,15 +111,17 @@ TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
 ISA_avx2   := -Dgpom=gpom_avx2 -UGPOM_LANES -DGPOM_LANES=8 -UGPOM_FMA -DGPOM_FMA=1 -mavx2 -mfma
 ISA_avx512 := -Dgpom=gpom_avx512 -UGPOM_LANES -DGPOM_LANES=16 -UGPOM_FMA -DGPOM_FMA=1 \
               -mavx512f -mavx512vl -mavx512bw -mavx512dq
-ISA_OBJ    := $(if $(filter auto,$(LANES)),$(BUILD)/obj/src/answer_avx2.o \
-              $(BUILD)/obj/src/answer_avx512.o)
+ISA_OBJ    := $(if $(filter auto,$(LANES)),$(BUILD)/obj/src/query/answer_avx2.o \
+              $(BUILD)/obj/src/query/answer_avx512.o)
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
-TOOLS_LIB := $(call objects,$(wildcard tools/lib/*.cpp))
-TEST_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),tests/unit/test_sparse.cpp),\
-               $(wildcard tests/unit/*.cpp)))
+TOOLS_LIB := $(call objects,$(wildcard ports/host/*.cpp tools/*/*.cpp))
+UNIT_SRC  := $(wildcard tests/common/*.cpp tests/unit/*/*.cpp tests/host/*.cpp \
+               tests/tools/*.cpp)
+TEST_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),tests/unit/gp/test_sparse.cpp),\
+               $(UNIT_SRC)))
 # Those of the core alone, without a library that a cross compiler would lack.
-CORE_TEST_OBJ := $(filter $(TEST_OBJ),$(call objects,\
-                   $(shell grep -L -e '"tools/' -e zlib -e snapshot_medium tests/unit/*.cpp)))
+CORE_TEST_OBJ := $(filter $(TEST_OBJ),$(call objects,$(shell \
+    grep -L -e '"tools/' -e '"ports/' -e zlib -e snapshot_medium $(UNIT_SRC))))
 SNAPSHOT_OBJ := $(call objects,$(wildcard tests/processors/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
@@ -127,9 +129,9 @@ PORT_OBJ  := $(call objects,$(filter-out %_plugin.c,$(wildcard ports/cortex_m/*.
 UART_OBJ  := $(call objects,$(wildcard ports/uart/*.c))
 TEMPLATE_OBJ := $(call objects,$(wildcard ports/template/*.c))
 # The daemon; what it shares with the tools are the readers of files.
-LINUX_OBJ := $(call objects,$(wildcard ports/linux/*.cpp))
+LINUX_OBJ := $(call objects,$(wildcard ports/linux/*.cpp ports/linux/*/*.cpp))
 LINUX_LIB := $(filter-out %/gpomd.o,$(LINUX_OBJ)) \
-             $(call objects,tools/lib/params_toml tools/lib/toml_table tools/lib/snapshot_file)
+             $(call objects,ports/host/params_toml ports/host/toml_table ports/host/snapshot_file)
 LCM_TOOL_OBJ := $(call objects,$(LCM_TOOL_SRC) $(wildcard tests/linux/*.cpp))
 LCM_TOOLS := $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/library-map $(BUILD)/linux_tests \
              $(BUILD)/gpom-bridge
@@ -142,8 +144,10 @@ CODEC_TEST_SRC := $(filter-out tests/codec/codec_echo.cpp,$(wildcard tests/codec
 CODEC_TEST_OBJ := $(call objects,$(CODEC_TEST_SRC))
 CODEC_ECHO_OBJ := $(call objects,tests/codec/codec_echo.cpp)
 TOOLS     := $(subst _,-,$(TOOL_SRC:tools/%.cpp=$(BUILD)/%))
-SCRIPT_SRC := $(wildcard tools/gpom_*.py) tools/exact_gp.py
-SCRIPTS   := $(subst _,-,$(SCRIPT_SRC:tools/%.py=$(BUILD)/%))
+SCRIPT_SRC := $(wildcard tools/*/gpom_*.py) tools/report/exact_gp.py
+SCRIPTS   := $(subst _,-,$(patsubst %.py,$(BUILD)/%,$(notdir $(SCRIPT_SRC))))
+# gpom-some-script runs tools/SOME_FOLDER/gpom_some_script.py.
+script_of  = $(filter %/$(subst -,_,$(1)).py,$(SCRIPT_SRC))
 
 # CAN: frames and the example, C99 as the codec.
 CAN_SRC      := $(wildcard ports/can/*.c ports/can/examples/*.c)
@@ -151,10 +155,10 @@ CAN_OBJ      := $(call objects,$(CAN_SRC))
 CAN_TEST_OBJ := $(call objects,$(wildcard tests/can/*.cpp))
 
 # Readers of recorded scans.
-SCAN_LIB  := $(call objects,$(patsubst %,tools/lib/%.cpp,scan_log carmen_log scan_times \
+SCAN_LIB  := $(call objects,$(patsubst %,ports/host/%.cpp,scan_log carmen_log scan_times \
              laser_angles text_lines packed_file))
-BENCH_LIB := $(SCAN_LIB) $(call objects,$(patsubst %,tools/lib/%.cpp,street street_drive \
-             street_world truth host_map params_toml toml_table))
+BENCH_LIB := $(SCAN_LIB) $(call objects,$(patsubst %,tools/%.cpp,sim/street sim/street_drive \
+             sim/street_world sim/truth map/host_map) ports/host/params_toml ports/host/toml_table)
 BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
 # The solve alone, compiled as the hot path is; kernel_constants() comes from the same namespace.
 BENCH_ISAS := $(if $(filter auto,$(LANES)),avx2 avx512)
@@ -203,14 +207,14 @@ demo-cars: tools ## Vehicles leave (spurious returns or not) or arrive on a stre
 	$(Q)$(CARS) --cars-leave-at 40 --json build/demo-cars/leave.json
 	$(Q)$(CARS) --cars-leave-at 40 --spurious 0.05 --json build/demo-cars/spurious.json
 	$(Q)$(CARS) --cars-leave-at -1 --cars-arrive-at 40 --json build/demo-cars/arrive.json
-	$(Q)build/venv/bin/python tools/cars_picture.py $(foreach i,leave spurious arrive, \
+	$(Q)build/venv/bin/python tools/view/cars_picture.py $(foreach i,leave spurious arrive, \
 	    build/demo-cars/$i.json) --out build/demo-cars/map.png
 
 demo-doors: tools ## Doors in a live map, a low-resolution map and OctoMap: build/demo-doors
 	@mkdir -p build/demo-doors
 	$(Q)$(BUILD)/gpom-live door --params tools/params/indoor.toml $(if $(SEED),--seed $(SEED)) \
 	    --json build/demo-doors/doors.json
-	$(Q)for stage in past through; do build/venv/bin/python tools/door_picture.py \
+	$(Q)for stage in past through; do build/venv/bin/python tools/view/door_picture.py \
 	    build/demo-doors/doors.json --stage $$stage --out build/demo-doors/$$stage.png || exit; done
 
 demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
@@ -252,18 +256,18 @@ test-can: can-tests build/setup/can ## Test CAN: frames, and gpomd on vcan or in
 	$(Q)$(RUN_TESTS) can
 
 lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
-	$(Q)python3 tools/lint.py format rules tidy
+	$(Q)python3 tools/dev/lint.py format rules tidy
 
 format: build/setup/lint ## Format all C and C++ sources in place
-	$(Q)python3 tools/lint.py reformat
+	$(Q)python3 tools/dev/lint.py reformat
 
 check-symbols: $(BUILD)/libgpom_device.a $(BUILD)/libgpom_can.a
 check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in library or codec
-	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) \
+	$(Q)python3 tools/dev/check_symbols.py --objdump $(OBJDUMP) \
 	    $(if $(filter 1,$(SPARSE)),--sparse) $(BUILD)/libgpom.a
-	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
-	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) --port $(BUILD)/libgpom_device.a
-	$(Q)python3 tools/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_can.a
+	$(Q)python3 tools/dev/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
+	$(Q)python3 tools/dev/check_symbols.py --objdump $(OBJDUMP) --port $(BUILD)/libgpom_device.a
+	$(Q)python3 tools/dev/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_can.a
 
 firmware: build/setup/firmware ## Build library and images for CPU (cortex-m7, cortex-m4)
 	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=$(CPU) firmware-image
@@ -364,20 +368,21 @@ endef
 
 # On a microcontroller what runs seldom, or is short, is compiled for size; on the smallest one also
 # what costs few instructions for its bytes.
-SMALL_cortex-m4 := known_free witness
-SMALL := $(if $(filter 1,$(BARE)),config_check index kernel live lowres lowres_mark lowres_read \
-    lowres_step map $(SMALL_$(CPU)))
+SMALL_cortex-m4 := insert/known_free insert/witness
+SMALL := $(if $(filter 1,$(BARE)),map/config_check beams/index gp/kernel insert/origin \
+    raster/lowres raster/lowres_mark refresh/lowres_read refresh/lowres_step map/map \
+    $(SMALL_$(CPU)))
 $(SMALL:%=$(BUILD)/obj/src/%.o): SIZE := -Os
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS) $(SIZE))
-$(ISA_OBJ): $(BUILD)/obj/src/answer_%.o: src/answer.cpp
+$(ISA_OBJ): $(BUILD)/obj/src/query/answer_%.o: src/query/answer.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS) $(ISA_$*))
 $(TOOL_OBJ) $(TOOLS_LIB) $(TEST_OBJ) $(TSAN_OBJ) $(SNAPSHOT_OBJ) $(BENCH_OBJ) $(LINUX_OBJ) \
     $(LCM_TOOL_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(BENCH_ISAS:%=$(BUILD)/obj/bench/solve_%.o): $(BUILD)/obj/bench/solve_%.o: bench/solve.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS) $(ISA_$*))
-$(BENCH_ISAS:%=$(BUILD)/obj/bench/kernel_%.o): $(BUILD)/obj/bench/kernel_%.o: src/kernel.cpp
+$(BENCH_ISAS:%=$(BUILD)/obj/bench/kernel_%.o): $(BUILD)/obj/bench/kernel_%.o: src/gp/kernel.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS) $(ISA_$*))
 $(C99_OBJ) $(TEMPLATE_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
@@ -429,7 +434,7 @@ $(if $(CROSS),$(LCM_OBJ)): | $(CROSS_INCLUDE)/stamp
 $(BUILD)/libgpom_codec.a: $(CODEC_OBJ)
 	$(if $(V),,@echo "  AR   $@")
 	$(Q)rm -f $@ && $(AR) crs $@ $^
-$(BUILD)/codec_tests: $(CODEC_TEST_OBJ) $(BUILD)/obj/tests/unit/main.o $(LCM_OBJ) \
+$(BUILD)/codec_tests: $(CODEC_TEST_OBJ) $(BUILD)/obj/tests/common/main.o $(LCM_OBJ) \
     $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ -lz
@@ -439,12 +444,13 @@ $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)
 
 $(BUILD)/gpomd: $(BUILD)/obj/ports/linux/gpomd.o $(LINUX_LIB)
 $(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
-    $(call objects,ports/linux/sender ports/linux/network tools/lib/lcm_log) $(SCAN_LIB)
+    $(call objects,ports/linux/lcm/sender ports/linux/base/network ports/host/lcm_log) $(SCAN_LIB)
 $(BUILD)/gpom-replay $(BUILD)/library-map: READ_LIBS := -lbz2
-$(BUILD)/gpom-bridge: $(call objects,tools/gpom_bridge tools/lib/serial_line ports/linux/sender \
-    ports/linux/memory ports/linux/network ports/linux/subscriber) $(BUILD)/libgpom_device.a
+$(BUILD)/gpom-bridge: $(call objects,tools/gpom_bridge ports/host/serial_line \
+    $(addprefix ports/linux/,lcm/sender lcm/subscriber base/memory base/network)) \
+    $(BUILD)/libgpom_device.a
 $(BUILD)/library-map: $(BUILD)/obj/tests/linux/library_map.o $(LINUX_LIB) $(SCAN_LIB)
-$(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/unit/main.cpp) \
+$(BUILD)/linux_tests: $(call objects,$(wildcard tests/linux/test_*.cpp) tests/common/main.cpp) \
     $(LINUX_LIB)
 $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a $(BUILD)/libgpom_can.a
 	$(if $(V),,@echo "  LD   $@")
@@ -467,7 +473,7 @@ $(BUILD)/libgpom_can.a: $(CAN_OBJ)
 $(BUILD)/libgpom_can.so: $(CAN_SRC) $(wildcard ports/can/*.h ports/can/examples/*.h)
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CC) -std=c99 -pedantic-errors -shared -O2 -fPIC $(WARN) $(INCLUDES) -o $@ $(CAN_SRC)
-$(BUILD)/can_tests: $(CAN_TEST_OBJ) $(BUILD)/obj/tests/unit/main.o $(BUILD)/libgpom_can.a
+$(BUILD)/can_tests: $(CAN_TEST_OBJ) $(BUILD)/obj/tests/common/main.o $(BUILD)/libgpom_can.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^
 
@@ -480,12 +486,12 @@ $(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(FUZZED_S
 	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(FUZZED_SRC))
 	$(Q)clang++ -std=c++17 $(FUZZ_FLAGS) -o $@ $< tests/codec/types.cpp $(@D)/$*_obj/*.o -lz
 
-$(BUILD)/gpom-odometry: $(call objects,ports/linux/odometry ports/linux/pose_ring)
+$(BUILD)/gpom-odometry: $(call objects,ports/linux/pose/odometry ports/linux/pose/pose_ring)
 .SECONDEXPANSION: # gpom-some-tool is made from tools/gpom_some_tool.cpp
 $(TOOLS): $(BUILD)/%: $(BUILD)/obj/tools/$$(subst -,_,$$*).o $(TOOLS_LIB) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(TOOL_LIBS) $(CORE_LIBS)
-$(SCRIPTS): $(BUILD)/%: tools/$$(subst -,_,$$*).py build/setup/python
+$(SCRIPTS): $(BUILD)/%: $$(call script_of,$$*) build/setup/python
 	@mkdir -p $(@D)
 	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' $(abspath build/venv/bin/python) $(abspath $<) > $@
 	@chmod +x $@
@@ -502,17 +508,17 @@ $(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
 $(BUILD)/core_tests: $(CORE_TEST_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -static -o $@ $^ $(CORE_LIBS)
-$(BUILD)/snapshot_bytes: $(SNAPSHOT_OBJ) $(BUILD)/obj/tools/lib/snapshot_file.o $(BUILD)/libgpom.a
+$(BUILD)/snapshot_bytes: $(SNAPSHOT_OBJ) $(BUILD)/obj/ports/host/snapshot_file.o $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) $(if $(CROSS),-static) -o $@ $^ $(CORE_LIBS)
 $(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(CORE_LIBS)
 
-$(STREET)/street.h: tools/street_header.py tools/params/street.toml \
+$(STREET)/street.h: tools/dev/street_header.py tools/params/street.toml \
     tests/firmware/scans.csv tests/firmware/points.csv
 	@mkdir -p $(@D)
-	$(Q)python3 tools/street_header.py tests/firmware/scans.csv tools/params/street.toml \
+	$(Q)python3 tools/dev/street_header.py tests/firmware/scans.csv tools/params/street.toml \
 	    tests/firmware/points.csv $@
 $(PORT_OBJ): $(STREET)/street.h
 
@@ -531,9 +537,9 @@ $(BUILD)/%.elf: $(CORTEX_M)/startup.o $(BUILD)/libgpom.a $(LD_SCRIPT)
 	    $(filter %_codec.a,$^) $(filter %gpom.a,$^) -lm
 # The unit tests that make sense there, as hosted programs under newlib's semihosting: the library
 # is the device's, the tests are those of the PC.
-TARGET_TESTS := $(foreach i,main test_chol test_elementary test_index test_kdtree test_kernel \
-    test_lane test_local_gp test_map test_params test_reading test_scan \
-    test_select,tests/unit/$(i)) \
+TARGET_TESTS := tests/common/main $(foreach i,gp/test_chol lane/test_elementary beams/test_index \
+    beams/test_kdtree gp/test_kernel lane/test_lane gp/test_local_gp map/test_map gp/test_params \
+    insert/test_reading insert/test_scan lane/test_select,tests/unit/$(i)) \
     $(patsubst %.cpp,%,$(CODEC_TEST_SRC))
 TARGET_OBJ := $(TARGET_TESTS:%=$(BUILD)/target/%.o) $(BUILD)/target/tests/firmware/target/boot.o
 TARGET_INCLUDE := $(CROSS_INCLUDE) $(BUILD)/lcm tests/firmware/target/include

@@ -2,9 +2,9 @@
 // asked at places spread over it.
 //
 // usage: count-queries PARAMS.toml N_HITS N_FREE N_POINTS
-#include "tools/lib/host_map.hpp"
-#include "tools/lib/params_toml.hpp"
-#include "tools/lib/street.hpp"
+#include "ports/host/params_toml.hpp"
+#include "tools/map/host_map.hpp"
+#include "tools/sim/street.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -3,9 +3,9 @@
 #define GPOM_BENCH_PLACE_HPP
 
 #include "gpom/gpom.h"
-#include "src/map.hpp"
-#include "tools/lib/params_toml.hpp"
-#include "tools/lib/street.hpp"
+#include "ports/host/params_toml.hpp"
+#include "src/map/map.hpp"
+#include "tools/sim/street.hpp"
 
 #include <cmath>
 #include <stdexcept>

@@ -2,7 +2,7 @@
 #ifndef GPOM_BENCH_PLAIN_GP_HPP
 #define GPOM_BENCH_PLAIN_GP_HPP
 
-#include "src/map.hpp"
+#include "src/map/map.hpp"
 
 #include <Eigen/Dense>
 

@@ -1,6 +1,6 @@
 #include "bench/solve.hpp"
 
-#include "src/local_gp.hpp"
+#include "src/gp/local_gp.hpp"
 
 namespace gpom
 {

@@ -6,7 +6,7 @@
 
 #include <cstddef>
 
-/// Compiled for each instruction set as the library's hot path is (src/hot_path.hpp).
+/// Compiled for each instruction set as the library's hot path is (src/query/hot_path.hpp).
 struct gpom_bench_solve {
     int lanes;
 

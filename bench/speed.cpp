@@ -5,8 +5,8 @@
 #include "bench/plain_gp.hpp"
 #include "bench/solve.hpp"
 #include "gpom/gpom.h"
-#include "tools/lib/host_map.hpp"
-#include "tools/lib/scan_log.hpp"
+#include "ports/host/scan_log.hpp"
+#include "tools/map/host_map.hpp"
 
 #include <benchmark/benchmark.h>
 #include <nanoflann.hpp>

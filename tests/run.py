@@ -174,11 +174,11 @@ def readme_example():
 
 def run_symbols(results):
     run_check(results, "symbols: the library has no heap, libc or global state",
-              ["tools/check_symbols.py", "--sparse", f"{HOST}/libgpom.a"])
+              ["tools/dev/check_symbols.py", "--sparse", f"{HOST}/libgpom.a"])
     run_check(results, "symbols: the codec has no heap, libc or global state",
-              ["tools/check_symbols.py", f"{HOST}/libgpom_codec.a"])
+              ["tools/dev/check_symbols.py", f"{HOST}/libgpom_codec.a"])
     run_check(results, "symbols: the shared library exports gpom_* and nothing else",
-              ["tools/check_symbols.py", "--exports", f"{HOST}/libgpom.so"])
+              ["tools/dev/check_symbols.py", "--exports", f"{HOST}/libgpom.so"])
 
 
 def run_pytest(results, suite, paths, before=()):
@@ -294,7 +294,7 @@ def run_instructions(results):
 
 def run_lint(results):
     for what in "format", "rules", "tidy":
-        run_check(results, f"lint: {what}", ["tools/lint.py", what])
+        run_check(results, f"lint: {what}", ["tools/dev/lint.py", what])
 
 
 SUITES = {

@@ -1,10 +1,10 @@
 // gpom-bridge: connects a device behind a serial line (ports/uart/) with LCM.
 #include "ports/codec/codec.h"
-#include "ports/linux/sender.hpp"
-#include "ports/linux/subscriber.hpp"
+#include "ports/host/command_line.hpp"
+#include "ports/host/serial_line.hpp"
+#include "ports/linux/lcm/sender.hpp"
+#include "ports/linux/lcm/subscriber.hpp"
 #include "ports/uart/frame.h"
-#include "tools/lib/command_line.hpp"
-#include "tools/lib/serial_line.hpp"
 
 #include <signal.h>
 

@@ -1,13 +1,13 @@
 // gpom-eval: the library's map and its rivals on the same data, judged at the same points.
-#include "tools/lib/command_line.hpp"
-#include "tools/lib/eval_report.hpp"
-#include "tools/lib/eval_rivals.hpp"
-#include "tools/lib/eval_trial.hpp"
-#include "tools/lib/host_map.hpp"
-#include "tools/lib/neighbour_check.hpp"
-#include "tools/lib/params_toml.hpp"
-#include "tools/lib/raster_csv.hpp"
-#include "tools/lib/scan_options.hpp"
+#include "ports/host/command_line.hpp"
+#include "ports/host/params_toml.hpp"
+#include "ports/host/scan_options.hpp"
+#include "tools/eval/neighbour_check.hpp"
+#include "tools/eval/report.hpp"
+#include "tools/eval/rivals.hpp"
+#include "tools/eval/trial.hpp"
+#include "tools/map/host_map.hpp"
+#include "tools/map/raster_csv.hpp"
 
 #include <filesystem>
 #include <fstream>

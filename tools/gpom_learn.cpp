@@ -1,12 +1,12 @@
 // gpom-learn: hyperparameters from scans.
-#include "tools/lib/command_line.hpp"
-#include "tools/lib/learn_lml.hpp"
-#include "tools/lib/learn_report.hpp"
-#include "tools/lib/live_options.hpp"
-#include "tools/lib/params_toml.hpp"
-#include "tools/lib/params_writer.hpp"
-#include "tools/lib/progress.hpp"
-#include "tools/lib/scan_options.hpp"
+#include "ports/host/command_line.hpp"
+#include "ports/host/params_toml.hpp"
+#include "ports/host/progress.hpp"
+#include "ports/host/scan_options.hpp"
+#include "tools/learn/lml.hpp"
+#include "tools/learn/params_writer.hpp"
+#include "tools/learn/report.hpp"
+#include "tools/map/map_options.hpp"
 
 #include <algorithm>
 #include <cstdint>

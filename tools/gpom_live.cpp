@@ -1,15 +1,15 @@
 // gpom-live: what a live map knows and costs.
-#include "tools/lib/command_line.hpp"
-#include "tools/lib/file_error.hpp"
-#include "tools/lib/live_cars.hpp"
-#include "tools/lib/live_door.hpp"
-#include "tools/lib/live_drive.hpp"
-#include "tools/lib/live_judge.hpp"
-#include "tools/lib/live_options.hpp"
-#include "tools/lib/live_seams.hpp"
-#include "tools/lib/params_toml.hpp"
-#include "tools/lib/protocol.hpp"
-#include "tools/lib/scan_options.hpp"
+#include "ports/host/command_line.hpp"
+#include "ports/host/file_error.hpp"
+#include "ports/host/params_toml.hpp"
+#include "ports/host/scan_options.hpp"
+#include "tools/eval/protocol.hpp"
+#include "tools/live/cars.hpp"
+#include "tools/live/door.hpp"
+#include "tools/live/drive.hpp"
+#include "tools/live/judge.hpp"
+#include "tools/live/seams.hpp"
+#include "tools/map/map_options.hpp"
 
 #include <cstdio>
 #include <stdexcept>

@@ -1,13 +1,13 @@
 // gpom-odometry: what odometry between poses is worth to the map, on a simulated drive.
-#include "ports/linux/odometry.hpp"
-#include "tools/lib/command_line.hpp"
-#include "tools/lib/eval_trial.hpp"
-#include "tools/lib/file_error.hpp"
-#include "tools/lib/host_map.hpp"
-#include "tools/lib/metrics.hpp"
-#include "tools/lib/params_toml.hpp"
-#include "tools/lib/protocol.hpp"
-#include "tools/lib/street.hpp"
+#include "ports/host/command_line.hpp"
+#include "ports/host/file_error.hpp"
+#include "ports/host/params_toml.hpp"
+#include "ports/linux/pose/odometry.hpp"
+#include "tools/eval/metrics.hpp"
+#include "tools/eval/protocol.hpp"
+#include "tools/eval/trial.hpp"
+#include "tools/map/host_map.hpp"
+#include "tools/sim/street.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -1,12 +1,12 @@
 // gpom-query: scans and points in, answers out.
-#include "tools/lib/answer_csv.hpp"
-#include "tools/lib/command_line.hpp"
-#include "tools/lib/host_map.hpp"
-#include "tools/lib/live_options.hpp"
-#include "tools/lib/params_toml.hpp"
-#include "tools/lib/progress.hpp"
-#include "tools/lib/scan_options.hpp"
-#include "tools/lib/text_lines.hpp"
+#include "ports/host/command_line.hpp"
+#include "ports/host/params_toml.hpp"
+#include "ports/host/progress.hpp"
+#include "ports/host/scan_options.hpp"
+#include "ports/host/text_lines.hpp"
+#include "tools/map/answer_csv.hpp"
+#include "tools/map/host_map.hpp"
+#include "tools/map/map_options.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // gpom-replay: scans of a file, or the events of an LCM log, onto the bus.
 #include "ports/codec/codec.h"
-#include "ports/linux/sender.hpp"
-#include "tools/lib/command_line.hpp"
-#include "tools/lib/lcm_log.hpp"
-#include "tools/lib/scan_options.hpp"
+#include "ports/host/command_line.hpp"
+#include "ports/host/lcm_log.hpp"
+#include "ports/host/scan_options.hpp"
+#include "ports/linux/lcm/sender.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,7 +1,7 @@
 // gpom-sim: simulated streets with laser scans and ground truth.
-#include "tools/lib/command_line.hpp"
-#include "tools/lib/progress.hpp"
-#include "tools/lib/street.hpp"
+#include "ports/host/command_line.hpp"
+#include "ports/host/progress.hpp"
+#include "tools/sim/street.hpp"
 
 #include <algorithm>
 #include <charconv>

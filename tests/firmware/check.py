@@ -17,7 +17,7 @@ import sys
 import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-sys.path[:0] = [os.path.join(ROOT, "tools"), os.path.join(ROOT, "tests", "firmware")]
+sys.path[:0] = [os.path.join(ROOT, "tools", "dev"), os.path.join(ROOT, "tests", "firmware")]
 import budget  # noqa: E402  (found only after the line above)
 import stack_report  # noqa: E402
 
@@ -210,7 +210,7 @@ def check_size():
 
 
 def check_symbols(folder, *options):
-    check = ["tools/check_symbols.py", "--objdump", "arm-none-eabi-objdump", *options]
+    check = ["tools/dev/check_symbols.py", "--objdump", "arm-none-eabi-objdump", *options]
     for library in "libgpom.a", "libgpom_codec.a":
         output_of([*check, f"{folder}/{library}"])
     output_of([*check, "--port", f"{folder}/libgpom_device.a"])

@@ -16,7 +16,8 @@ import zlib
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tests" / "firmware"), str(ROOT / "tests"), str(ROOT / "tools")]
+sys.path[:0] = [str(ROOT / "tests" / "firmware"), str(ROOT / "tests" / "common"),
+                str(ROOT / "tools" / "view")]
 import gpom_watch  # noqa: E402  (found only after the line above)
 import line  # noqa: E402
 

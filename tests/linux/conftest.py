@@ -20,7 +20,7 @@ import zlib
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tools")]
+sys.path[:0] = [str(ROOT / "tests" / "common"), str(ROOT / "tools" / "view")]
 BUILD = (ROOT / os.environ.get("GPOM_BUILD", "build/host-release")).resolve()
 CLONE_NEWNET = 0x40000000
 URL = "udpm://239.255.76.67:7667?ttl=0"

@@ -5,9 +5,9 @@
 // Inserts the scans in order, with one gpom_map_step() of the configured budget after each, then
 // steps until nothing is left to do. Writes probability and variance-class codes of all cells to
 // CELLS, by rows; prints "mean variance probability class" of each point.
-#include "ports/linux/config.hpp"
-#include "tools/lib/command_line.hpp"
-#include "tools/lib/scan_log.hpp"
+#include "ports/host/command_line.hpp"
+#include "ports/host/scan_log.hpp"
+#include "ports/linux/config/config.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -1,4 +1,4 @@
-#include "ports/linux/can_picture.hpp"
+#include "ports/linux/out/can_picture.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,5 +1,5 @@
 // Clearance against rays: no ray from the robot meets anything that is not free before it.
-#include "ports/linux/clearance.hpp"
+#include "ports/linux/out/clearance.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "ports/linux/frame_jump.hpp"
+#include "ports/linux/pose/frame_jump.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "ports/linux/intake.hpp"
+#include "ports/linux/map/intake.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,6 +1,6 @@
-#include "ports/linux/latency.hpp"
+#include "ports/linux/map/latency.hpp"
 
-#include "tests/unit/reference.hpp"
+#include "tests/common/reference.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "ports/linux/network.hpp"
+#include "ports/linux/base/network.hpp"
 
 #include <arpa/inet.h>
 #include <doctest/doctest.h>

@@ -1,5 +1,5 @@
 // Dead reckoning against drives that are known exactly, and its covariance against many drives.
-#include "ports/linux/odometry.hpp"
+#include "ports/linux/pose/odometry.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "ports/linux/pose_ring.hpp"
+#include "ports/linux/pose/pose_ring.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,4 +1,4 @@
-#include "ports/linux/problems.hpp"
+#include "ports/linux/config/problems.hpp"
 
 #include <doctest/doctest.h>
 

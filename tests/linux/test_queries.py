@@ -57,7 +57,7 @@ def client(tmp_path_factory):
     types = sorted(map(str, (ROOT / "lcmtypes").glob("gpom_*.lcm")))
     subprocess.run(["lcm-gen", "-x", "--cpp-hpath", folder, *types], check=True, timeout=PATIENCE_S)
     subprocess.run(["c++", "-std=c++17", "-Wall", "-Wextra", "-Wno-unused-parameter",
-                    f"-isystem{folder}", ROOT / "tools" / "examples" / "query_map.cpp", "-llcm",
+                    f"-isystem{folder}", ROOT / "examples" / "query_map.cpp", "-llcm",
                     "-o", folder / "query_map"], check=True, timeout=5 * PATIENCE_S)
     return folder / "query_map"
 

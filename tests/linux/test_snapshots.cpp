@@ -1,7 +1,7 @@
-#include "ports/linux/mapping.hpp"
-#include "ports/linux/snapshots.hpp"
+#include "ports/linux/map/mapping.hpp"
+#include "ports/linux/map/snapshots.hpp"
 
-#include "tests/unit/reference.hpp"
+#include "tests/common/reference.hpp"
 
 #include <doctest/doctest.h>
 

@@ -122,13 +122,13 @@ def test_c_and_cpp_read_all_that_is_published_to_the_last_byte(make, start, peer
 def c_example(tmp_path):
     program = tmp_path / "subscribe_map"
     subprocess.run(["cc", "-std=c99", "-Wall", "-Werror", "-I.", "-Iinclude",
-                    "tools/examples/subscribe_map.c", tool("libgpom_codec.a"), "-llcm", "-lm",
+                    "examples/subscribe_map.c", tool("libgpom_codec.a"), "-llcm", "-lm",
                     "-o", program], check=True, cwd=ROOT, timeout=COMPILER_S)
     return [program]
 
 
 def python_example(_):
-    return [sys.executable, ROOT / "tools" / "examples" / "subscribe_map.py"]
+    return [sys.executable, ROOT / "examples" / "subscribe_map.py"]
 
 
 @pytest.mark.parametrize("example", [c_example, python_example])

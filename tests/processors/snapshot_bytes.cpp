@@ -4,7 +4,7 @@
 //        snapshot_bytes read PATH     read the newest
 // Both print the bits of the map's answers to fixed queries, one hexadecimal word a line.
 #include "gpom/gpom.h"
-#include "tools/lib/snapshot_file.hpp"
+#include "ports/host/snapshot_file.hpp"
 
 #include <cstdio>
 #include <cstring>

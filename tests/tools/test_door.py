@@ -172,7 +172,7 @@ def test_the_picture_is_drawn_and_other_files_are_refused(report, tmp_path):
     def draw(text):
         (tmp_path / "doors.json").write_text(text, encoding="utf-8")
         return subprocess.run(
-            [sys.executable, ROOT / "tools" / "door_picture.py", tmp_path / "doors.json",
+            [sys.executable, ROOT / "tools" / "view" / "door_picture.py", tmp_path / "doors.json",
              "--out", tmp_path / "doors.png"], capture_output=True, text=True, check=False)
     refused = draw('{"runs": []}')
     assert refused.returncode == 2 and "doors.json" in refused.stderr

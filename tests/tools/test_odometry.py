@@ -6,7 +6,7 @@ import sys
 import pytest
 
 TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
-sys.path.insert(0, str(TOOLS))
+sys.path.insert(0, str(TOOLS / "report"))
 import odometry_section  # noqa: E402  it is found by the line above
 
 PARAMS = ("--params", TOOLS / "params" / "street.toml")

@@ -2,7 +2,7 @@
 // unordered access ends the program. What is copied is checked against what lowres.h promises.
 // Returns 0 if all holds.
 #include "gpom/gpom.h"
-#include "src/map.hpp"
+#include "src/map/map.hpp"
 
 #include <atomic>
 #include <cmath>

@@ -1,0 +1,247 @@
+#include "ports/linux/out/can_picture.hpp"
+
+#include "ports/linux/base/clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gpomd
+{
+
+namespace
+{
+
+/// A fault is shown for so long after its counter rose.
+constexpr std::int64_t kFaultShown_us = 1000000;
+
+/// Copies of the map in a row that a jump of its frame may spoil.
+constexpr int kCopyTries = 4;
+
+/// Counters behind the bits of GPOM_Status, from the lowest on; 0, a counter that is no fault, ends
+/// a list.
+constexpr std::size_t kCausesMax = 9;
+constexpr std::size_t kCauses[][kCausesMax] = {
+    {},
+    {GPOM_WIRE_SCANS_NO_POSE, GPOM_WIRE_SCANS_BAD_POSE, GPOM_WIRE_POSES_REFUSED,
+     GPOM_WIRE_ODOMETRY_GAPS},
+    {GPOM_WIRE_SCANS_LOST, GPOM_WIRE_SCANS_CORRUPT, GPOM_WIRE_SCANS_MALFORMED, GPOM_WIRE_TIME_GAPS,
+     GPOM_WIRE_DATAGRAMS_LOST, GPOM_WIRE_MESSAGES_TIMED_OUT},
+    {GPOM_WIRE_CAN_BAD_LENGTH, GPOM_WIRE_CAN_BAD_CRC, GPOM_WIRE_CAN_BAD_COUNTER,
+     GPOM_WIRE_CAN_BAD_VALUE, GPOM_WIRE_CAN_LOST, GPOM_WIRE_CAN_REORDERED, GPOM_WIRE_CAN_ERRORS,
+     GPOM_WIRE_CAN_OVERFLOWS, GPOM_WIRE_CAN_NOT_SENT},
+    {GPOM_WIRE_SCANS_OVERRUN, GPOM_WIRE_QUERIES_REFUSED},
+    {}};
+
+std::int64_t sum_of(const Counts &counts, const std::size_t (&places)[kCausesMax])
+{
+    std::int64_t sum = 0;
+    for (const std::size_t place : places) {
+        sum += place != GPOM_WIRE_SCANS_RECEIVED ? counts[place] : 0;
+    }
+    return sum;
+}
+
+/// Of the tile that a cell of the map frame's grid is in.
+std::int64_t tile_number(std::int64_t i_cell)
+{
+    const auto side = static_cast<std::int64_t>(GPOM_CAN_TILE_SIDE);
+    return i_cell >= 0 ? i_cell / side : -((side - 1 - i_cell) / side);
+}
+
+/// The low 16 bits.
+std::int16_t low_16(std::int64_t number)
+{
+    return static_cast<std::int16_t>(static_cast<std::uint16_t>(number & 0xFFFF));
+}
+
+std::uint32_t milliseconds(std::int64_t stamp_us)
+{
+    return static_cast<std::uint32_t>((stamp_us / 1000) & 0xFFFFFFFF);
+}
+
+} // namespace
+
+std::size_t CanPicture::need(const Config &config)
+{
+    const std::size_t n = std::size_t{config.map.lowres_nx} * config.map.lowres_ny;
+    return config.can.interface[0] != '\0' ? Memory::need<gpom_cell_t>(n) : 0;
+}
+
+void CanPicture::init(const Config &config, Memory &memory, const PictureLinks &links)
+{
+    static_assert(sizeof kCauses / sizeof *kCauses == kFaults, "a list for each bit");
+    config_ = &config;
+    links_ = links;
+    if (config.can.interface[0] != '\0') {
+        n_cells_ = std::size_t{config.map.lowres_nx} * config.map.lowres_ny;
+        cells_ = memory.take<gpom_cell_t>(n_cells_);
+    }
+}
+
+void CanPicture::look(std::int64_t now_us)
+{
+    now_us_ = now_us;
+    n_inserted_ = (*links_.counts)[GPOM_WIRE_SCANS_INSERTED]; // all of them are in the state
+    for (std::size_t i = 0; i < kFaults; ++i) {
+        const std::int64_t n = sum_of(*links_.counts, kCauses[i]);
+        fault_us_[i] = n != n_faults_[i] ? now_us : fault_us_[i];
+        n_faults_[i] = n;
+    }
+}
+
+/// Old is what was inserted long ago, or measured long ago by the clock of its stamp.
+gpom_can_state_t CanPicture::state_of(const PortState &port)
+{
+    age_us_ = -1;
+    if (n_inserted_ == 0 || map_.stamp_us == 0) {
+        return port.is_stopping ? GPOM_CAN_STOPPING : GPOM_CAN_STARTING;
+    }
+    age_us_ = std::max({wall_us() - map_.stamp_us, now_us_ - map_.fresh_us, std::int64_t{0}});
+    return port.is_stopping                            ? GPOM_CAN_STOPPING
+           : age_us_ > config_->publish.stale_after_us ? GPOM_CAN_STALE
+                                                       : GPOM_CAN_MAPPING;
+}
+
+/// Where the newest scan was taken, carried on by what the wheels have said since.
+void CanPicture::find_place()
+{
+    place_ = {map_.stamp_us, map_.pose[0], map_.pose[1], map_.pose[2]};
+    std::int64_t newest_us = 0;
+    StampedPose carried = {};
+    PoseCov cov = {};
+    if (links_.odometry->newest(newest_us) && newest_us > place_.stamp_us &&
+        links_.odometry->carry(place_, newest_us, carried, cov) == PoseMatch::found) {
+        place_ = carried;
+    }
+}
+
+/// False: no cells, or they are not of the place's frame, or the place is not known.
+bool CanPicture::copy()
+{
+    return gpom_lowres_copy(links_.mapping->map(), GPOM_LAYER_COARSE, cells_,
+                            static_cast<std::uint32_t>(n_cells_), &info_) == GPOM_OK &&
+           info_.frame_epoch == map_.frame_epoch && std::isfinite(place_.x_m) &&
+           std::isfinite(place_.y_m) && std::isfinite(place_.yaw_rad);
+}
+
+void CanPicture::take(const PortState &port)
+{
+    const CanConfig &can = config_->can;
+    has_cells_ = false;
+    for (int i = 0; i < kCopyTries && !has_cells_; ++i) {
+        map_ = links_.mapping->state(); // before the cells: they may be newer, never older
+        state_ = state_of(port);
+        find_place();
+        has_cells_ = state_ == GPOM_CAN_MAPPING && copy();
+    }
+    const ClearanceView view = {cells_,         info_.raster, place_.x_m,  place_.y_m,
+                                place_.yaw_rad, can.range_m,  can.radius_m};
+    const Sector unknown = {0.0, false, true, GPOM_CAN_LEVEL_UNKNOWN, GPOM_CAN_LEVEL_UNKNOWN};
+    std::fill_n(sectors_, GPOM_CAN_SECTORS, unknown);
+    std::fill_n(fd_sectors_, GPOM_CAN_FD_SECTORS, unknown);
+    if (has_cells_) {
+        find_clearance(view, sectors_, GPOM_CAN_SECTORS);
+    }
+    if (has_cells_ && can.clearance_fd.period_us > 0) {
+        find_clearance(view, fd_sectors_, GPOM_CAN_FD_SECTORS);
+    }
+    faults_ = 0;
+    for (std::size_t i = 0; i < kFaults; ++i) {
+        show_fault(1u << i, fault_us_[i] > 0 && now_us_ - fault_us_[i] < kFaultShown_us);
+    }
+    show_fault(GPOM_CAN_FAULT_SCAN, state_ == GPOM_CAN_STALE);
+    show_fault(GPOM_CAN_FAULT_POSE, port.is_silent);
+    show_fault(GPOM_CAN_FAULT_CAN, port.is_bus_off);
+    show_fault(GPOM_CAN_FAULT_FULL, map_.n_beams >= config_->map.beam_max);
+}
+
+void CanPicture::show_fault(unsigned bit, bool is_shown)
+{
+    faults_ = static_cast<std::uint8_t>(faults_ | (is_shown ? bit : 0u));
+}
+
+gpom_can_status_t CanPicture::status() const
+{
+    gpom_can_status_t message = {};
+    message.state = static_cast<std::uint8_t>(state_);
+    message.age = age_us_ < 0 ? static_cast<std::uint8_t>(GPOM_CAN_AGE_UNKNOWN)
+                              : gpom_can_age_code(1e-6f * static_cast<float>(age_us_));
+    message.sequence = static_cast<std::uint8_t>(n_inserted_ & 0xFF);
+    message.clearance = GPOM_CAN_DISTANCE_UNKNOWN;
+    message.bearing = GPOM_CAN_BEARING_UNKNOWN;
+    for (std::size_t i = 0; i < GPOM_CAN_SECTORS; ++i) {
+        const std::uint8_t code = distance_code(sectors_[i]);
+        if (code < message.clearance) {
+            const float turn = static_cast<float>(i) / static_cast<float>(GPOM_CAN_SECTORS);
+            message.clearance = code;
+            message.bearing = code == GPOM_CAN_DISTANCE_CLEAR
+                                  ? static_cast<std::int8_t>(GPOM_CAN_BEARING_UNKNOWN)
+                                  : gpom_can_bearing_code(6.2831853f * turn);
+        }
+    }
+    const std::uint64_t percent = std::uint64_t{100} * map_.n_beams / config_->map.beam_max;
+    message.fill = static_cast<std::uint8_t>(std::min<std::uint64_t>(percent, GPOM_CAN_FILL_MAX));
+    message.faults = faults_;
+    return message;
+}
+
+gpom_can_clearance_t CanPicture::clearance(std::uint8_t i_part) const
+{
+    gpom_can_clearance_t message = {};
+    message.i_part = i_part;
+    message.state = static_cast<std::uint8_t>(state_);
+    for (std::size_t i = 0; i < GPOM_CAN_SECTORS_IN_FRAME; ++i) {
+        message.distance[i] = distance_code(sectors_[GPOM_CAN_SECTORS_IN_FRAME * i_part + i]);
+    }
+    return message;
+}
+
+gpom_can_clearance_fd_t CanPicture::clearance_fd() const
+{
+    gpom_can_clearance_fd_t message = {};
+    message.state = static_cast<std::uint8_t>(state_);
+    message.stamp_ms = milliseconds(map_.stamp_us);
+    for (std::size_t i = 0; i < GPOM_CAN_FD_SECTORS; ++i) {
+        message.distance[i] = distance_code(fd_sectors_[i]);
+        message.probability[i] = fd_sectors_[i].probability;
+        message.deviation[i] = fd_sectors_[i].deviation;
+    }
+    return message;
+}
+
+bool CanPicture::tile(std::int32_t tx, std::int32_t ty, gpom_can_tile_t &message) const
+{
+    if (!has_cells_) {
+        return false;
+    }
+    const gpom_raster_t &raster = info_.raster;
+    const std::int64_t ix0 = std::llround(raster.x0_m / raster.cell_m); // the raster's first column
+    const std::int64_t iy0 = std::llround(raster.y0_m / raster.cell_m);
+    const std::int64_t reference_x =
+        tile_number(std::llround(std::floor(place_.x_m / raster.cell_m)));
+    const std::int64_t reference_y =
+        tile_number(std::llround(std::floor(place_.y_m / raster.cell_m)));
+    message.state = static_cast<std::uint8_t>(state_);
+    message.tile_x = static_cast<std::int8_t>(tx);
+    message.tile_y = static_cast<std::int8_t>(ty);
+    message.cell_cm = static_cast<std::uint8_t>(std::lround(100.0 * raster.cell_m));
+    message.stamp_ms = milliseconds(map_.stamp_us);
+    message.reference_x = low_16(reference_x);
+    message.reference_y = low_16(reference_y);
+    const auto side = static_cast<std::int64_t>(GPOM_CAN_TILE_SIDE);
+    for (std::int64_t i = 0; i < side * side; ++i) {
+        const std::int64_t ix = (reference_x + tx) * side + i % side - ix0;
+        const std::int64_t iy = (reference_y + ty) * side + i / side - iy0;
+        const bool is_inside = ix >= 0 && iy >= 0 && ix < raster.nx && iy < raster.ny;
+        const gpom_cell_t *const cell = is_inside ? &cells_[iy * raster.nx + ix] : nullptr;
+        const bool is_known = cell != nullptr && cell->cls != GPOM_UNKNOWN;
+        message.probability[i] = is_known ? gpom_can_probability_code(cell->probability)
+                                          : static_cast<std::uint8_t>(GPOM_CAN_LEVEL_UNKNOWN);
+        message.deviation[i] =
+            is_known ? gpom_can_deviation_code(cell->variance, GPOM_CAN_TILE_DEVIATION_MAX)
+                     : static_cast<std::uint8_t>(GPOM_CAN_TILE_DEVIATION_MAX);
+    }
+    return true;
+}
+
+} // namespace gpomd

@@ -1,0 +1,374 @@
+/// \file nearest.hpp
+/// The k nearest hits and the k nearest points on free segments (eq. 10) for W queries at once.
+///
+/// Exact, and ordered by (squared distance, id): whatever the order in which items are offered, the
+/// same k remain, so that a tree, a list, and any packet of queries agree.
+#pragma once
+
+#include "src/beams/kdtree.hpp"
+#include "src/lane/lane.hpp"
+
+namespace gpom
+{
+
+/// Squared distance and id of nothing: any beam ranks before it.
+constexpr float kNoDistance2 = 1e29f;
+constexpr int32_t kNoId = INT32_MAX;
+
+static_assert(kLeafSize <= 32, "offer_leaf() has a bit for each beam of a leaf");
+
+/// Vectors from the queries to a point.
+template <class F> struct Offset {
+    F x_m, y_m;
+
+    F distance2() const { return lane::fma(x_m, x_m, F(y_m * y_m)); }
+};
+
+/// What each lane found at one rank.
+template <class F> struct Found {
+    using I = lane::IntOf<F>;
+    F d2;
+    I id;
+    I slot; ///< Its beam's index in the store, or -1.
+
+    /// True where this ranks before the other.
+    auto operator<(const Found &other) const
+    {
+        if constexpr (lane::width<F> == 1) {
+            return d2 < other.d2 || (d2 == other.d2 && id < other.id);
+        } else {
+            return (d2 < other.d2) | ((d2 == other.d2) & (id < other.id));
+        }
+    }
+};
+
+template <class F> inline Found<F> nothing_found()
+{
+    using I = lane::IntOf<F>;
+    return {lane::splat<F>(kNoDistance2), lane::splat_int<I>(kNoId), lane::splat_int<I>(-1)};
+}
+
+template <class M, class F> inline Found<F> select(M mask, const Found<F> &a, const Found<F> &b)
+{
+    return {lane::select(mask, a.d2, b.d2), lane::select(mask, a.id, b.id),
+            lane::select(mask, a.slot, b.slot)};
+}
+
+/// The best k so far of each lane, ascending, in scratch memory.
+template <class F> struct NearestK {
+    Found<F> *best;
+    uint32_t k;
+    uint32_t n; ///< Ranks that any lane may have filled.
+
+    void clear() { clear(lane::splat<F>(kNoDistance2)); }
+
+    /// Start anew and look no farther than this: the k nearest are believed to be within.
+    void clear(F d2_max)
+    {
+        n = 0;
+        for (uint32_t j = 0; j < k; ++j) {
+            best[j] = nothing_found<F>();
+            best[j].d2 = d2_max;
+        }
+    }
+
+    /// Insert an item where it ranks: those behind it move on, the last is gone.
+    void offer(const Found<F> &item)
+    {
+        Found<F> *place = best + (n < k ? n++ : k - 1);
+        if constexpr (lane::width<F> == 1) {
+            if (!(item < *place)) {
+                return;
+            }
+            for (; place != best && item < place[-1]; --place) {
+                place[0] = place[-1];
+            }
+            *place = item;
+        } else if (has_equal(item.d2, place)) {
+            insert_by_id(item, place);
+        } else {
+            insert(item, place);
+        }
+    }
+
+    /// True if a lane has an item at the same distance in a rank up to `last`.
+    bool has_equal(F d2, const Found<F> *last) const
+    {
+        uint32_t equal = 0;
+        for (const Found<F> *place = best; place <= last; ++place) {
+            equal |= lane::bits_where_equal(d2, place->d2);
+        }
+        return equal != 0;
+    }
+
+    /// Insert an item into the ranks up to `place`, over all of them: of many lanes one has far to
+    /// go. No distance is equal to its own.
+    void insert(const Found<F> &item, Found<F> *place)
+    {
+        for (; place != best; --place) {
+            const Found<F> &next = place[-1];
+            const auto beats = item.d2 < place->d2;
+            const auto beats_next = item.d2 < next.d2;
+            place->id = lane::select(beats_next, next.id, lane::select(beats, item.id, place->id));
+            place->slot =
+                lane::select(beats_next, next.slot, lane::select(beats, item.slot, place->slot));
+            place->d2 = lane::smaller(place->d2, lane::larger(item.d2, next.d2));
+        }
+        *place = select(item.d2 < place->d2, item, *place);
+    }
+
+    /// The same where ids may have to decide.
+    [[gnu::noinline]] void insert_by_id(const Found<F> &item, Found<F> *place)
+    {
+        auto beats = item < *place;
+        for (; place != best; --place) {
+            const auto beats_next = item < place[-1];
+            place[0] = select(beats_next, place[-1], select(beats, item, place[0]));
+            beats = beats_next;
+        }
+        *place = select(beats, item, *place);
+    }
+
+    F worst() const { return best[k - 1].d2; }
+
+    /// False if a lane was not to look any farther and has found fewer than k.
+    bool has_all() const
+    {
+        const Found<F> &last = best[k - 1];
+        return !lane::any((last.slot < 0) & (last.d2 < kNoDistance2));
+    }
+};
+
+/// The squared distance within which the k nearest are once the queries have moved, if they were
+/// within `worst` before: none is farther by more than the queries moved. Rounding may take more
+/// than the little that is added here; NearestK::has_all() tells.
+template <class F> inline F reach2_after(F worst, const Offset<F> &move)
+{
+    const F reach_m = lane::sqrt(worst) + lane::sqrt(move.distance2());
+    const F none = lane::splat<F>(kNoDistance2);
+    return lane::select(worst < none, F(1.0001f * (reach_m * reach_m)), none);
+}
+
+/// The same segment, or each lane's own.
+template <class F> struct SegmentLanes {
+    F x_m, y_m, dir_x, dir_y, length_m;
+};
+
+/// From the queries `at` to the closest point of a segment (eq. 10): the foot of the perpendicular,
+/// kept on the segment.
+template <class F> inline Offset<F> to_segment(const Offset<F> &at, const SegmentLanes<F> &s)
+{
+    const F x_m = at.x_m - s.x_m;
+    const F y_m = at.y_m - s.y_m;
+    const F along_m = lane::fma(x_m, s.dir_x, F(y_m * s.dir_y));
+    const F foot_m = lane::clamp(along_m, lane::splat<F>(0.0f), s.length_m);
+    return {lane::fma(foot_m, s.dir_x, F(-x_m)), lane::fma(foot_m, s.dir_y, F(-y_m))};
+}
+
+template <class F> inline SegmentLanes<F> splat(const Segment &s)
+{
+    return {lane::splat<F>(s.x_m), lane::splat<F>(s.y_m), lane::splat<F>(s.dir_x),
+            lane::splat<F>(s.dir_y), lane::splat<F>(s.length_m)};
+}
+
+template <class F> inline void set_segment(SegmentLanes<F> &lanes, int i, const Segment &s)
+{
+    lane::set(lanes.x_m, i, s.x_m);
+    lane::set(lanes.y_m, i, s.y_m);
+    lane::set(lanes.dir_x, i, s.dir_x);
+    lane::set(lanes.dir_y, i, s.dir_y);
+    lane::set(lanes.length_m, i, s.length_m);
+}
+
+/// Squared distances from the queries to one part of a beam.
+template <class F> inline F distance2(const Offset<F> &at, const FreePart &part, const Beam &beam)
+{
+    return to_segment(at, splat<F>(part(beam))).distance2();
+}
+
+/// For a hit of no depth the same number with fewer operations.
+template <class F> inline F distance2(const Offset<F> &at, const HitPart &part, const Beam &beam)
+{
+    const Segment hit = part(beam);
+    if (hit.length_m > 0.0f) {
+        return to_segment(at, splat<F>(hit)).distance2();
+    }
+    return Offset<F>{hit.x_m - at.x_m, hit.y_m - at.y_m}.distance2();
+}
+
+/// Squared distance to a box.
+template <class F> inline F box_distance2(const Box &box, F x_m, F y_m)
+{
+    const F near_x = lane::clamp(x_m, lane::splat<F>(box.x_min_m), lane::splat<F>(box.x_max_m));
+    const F near_y = lane::clamp(y_m, lane::splat<F>(box.y_min_m), lane::splat<F>(box.y_max_m));
+    const F dx = near_x - x_m;
+    const F dy = near_y - y_m;
+    return lane::fma(dx, dx, F(dy * dy));
+}
+
+/// How far to look into boxes for items at a squared distance of at most d2: more by what rounding
+/// may take from an item's computed distance.
+template <class F> inline F box_reach2(F d2) { return 1.000001f * d2; }
+
+/// Ids from `first` up to, not including, `end`.
+struct IdRange {
+    uint32_t first, end;
+
+    bool has(uint32_t id) const { return id - first < end - first; }
+};
+
+/// A slot of the store as a tree or list names it.
+struct Listed {
+    const Beam *beams;
+    uint32_t slot;
+    IdRange ids; ///< Of the beams that it may mean.
+};
+
+/// Offer one part of a beam at squared distances d2, if a query may see it and its id is in range:
+/// a slot may have got another beam since it was listed.
+template <class Part, class F>
+inline void offer_at(NearestK<F> &nearest, F d2, const Listed &listed)
+{
+    using I = lane::IntOf<F>;
+    const Beam &beam = listed.beams[listed.slot];
+    if (Part::is_seen(beam) && listed.ids.has(beam.id)) {
+        nearest.offer({d2, lane::splat_int<I>(static_cast<int32_t>(beam.id)),
+                       lane::splat_int<I>(static_cast<int32_t>(listed.slot))});
+    }
+}
+
+/// The same, not inlined: in a search for many lanes it would take all registers.
+template <class Part, class F>
+[[gnu::noinline]] void offer_apart(NearestK<F> &nearest, F d2, const Listed &listed)
+{
+    offer_at<Part>(nearest, d2, listed);
+}
+
+/// Offer one part of a beam if a lane wants it.
+template <class F, class Part>
+inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
+                       const Listed &listed)
+{
+    const F d2 = distance2(at, part, listed.beams[listed.slot]);
+    if (lane::bits_where_le(d2, nearest.worst()) != 0) {
+        offer_at<Part>(nearest, d2, listed);
+    }
+}
+
+/// How promising a box is to one query: the less the earlier it is looked into. The boxes of hits
+/// are told apart by their distance; those of free segments, which often cover each other and the
+/// query, by that of their centres.
+inline float priority(const HitPart &, const Box &box, const Point &at)
+{
+    return box_distance2(box, at.x_m, at.y_m);
+}
+
+inline float priority(const FreePart &, const Box &box, const Point &at)
+{
+    const float twice_x = (box.x_min_m + box.x_max_m) - 2.0f * at.x_m;
+    const float twice_y = (box.y_min_m + box.y_max_m) - 2.0f * at.y_m;
+    return lane::fma(twice_x, twice_x, twice_y * twice_y);
+}
+
+/// A part of a tree and whether a lane may find something in it.
+template <class F> struct Prospect {
+    Subtree subtree;
+    F d2;           ///< To its box.
+    float priority; ///< Of the packet's first query.
+};
+
+template <class F, class Part>
+inline Prospect<F> prospect(const KdTree &tree, const Offset<F> &at, const Part &part,
+                            const Subtree &t)
+{
+    const Box &box = tree.boxes[t.node];
+    const Point first = {lane::get(at.x_m, 0), lane::get(at.y_m, 0)};
+    return {t, box_distance2(box, at.x_m, at.y_m), priority(part, box, first)};
+}
+
+/// Offer the beams of a leaf.
+///
+/// Whether any of many lanes wants a beam cannot be foreseen, and a branch for each would often be
+/// mispredicted: all distances come first, then the beams that were wanted, bit by bit.
+template <class F, class Part>
+inline void offer_leaf(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
+                       const KdTree &tree, const Subtree &leaf)
+{
+    const Stretch slots = slots_of(tree, leaf);
+    const auto listed = [&](uint32_t i) {
+        return Listed{tree.beams, tree.slots[slots.first + i], {0, tree.id_end}};
+    };
+    if constexpr (lane::width<F> == 1) {
+        for (uint32_t i = 0; i < slots.n; ++i) {
+            offer_beam(nearest, at, part, listed(i));
+        }
+    } else {
+        F d2[kLeafSize]; // a tile of registers
+        const F worst = nearest.worst();
+        uint32_t wanted = 0;
+        for (uint32_t i = 0; i < slots.n; ++i) {
+            d2[i] = distance2(at, part, tree.beams[tree.slots[slots.first + i]]);
+            wanted |= (lane::bits_where_le(d2[i], worst) != 0 ? 1u : 0u) << i;
+        }
+        for (; wanted != 0; wanted &= wanted - 1) {
+            const auto i = static_cast<uint32_t>(__builtin_ctz(wanted));
+            offer_apart<Part>(nearest, d2[i], listed(i));
+        }
+    }
+}
+
+/// What a search has still to do: walks down to the leaves, each from a subtree on.
+struct Walks {
+    Subtree *stack; ///< Room for kDepthMax more than at the start.
+    uint32_t depth; ///< Subtrees still to search, the topmost next; none is a part of another.
+    uint32_t n_max; ///< How many walks it may take.
+};
+
+/// To search a whole tree.
+inline Walks from_root(const KdTree &tree, Subtree *stack, uint32_t n_max = UINT32_MAX)
+{
+    stack[0] = root_of(tree);
+    return {stack, tree.n_items > 0 ? 1u : 0u, n_max};
+}
+
+/// Offer the beams of a tree: one search for all lanes, the child nearer to the packet's first
+/// query first, skipping boxes that no lane needs. At most every node and leaf is visited once, and
+/// in each walk at most one leaf and two nodes of each level.
+///
+/// at       the queries, relative to the map's origin.
+/// returns  false if walks.n_max walks did not suffice: nearer beams may have been missed.
+///
+/// Not inlined: twice in one function its inner loops run out of registers.
+template <class F, class Part>
+[[gnu::noinline]] bool search_tree(NearestK<F> &nearest, Offset<F> at, Part part, KdTree tree,
+                                   Walks walks)
+{
+    Subtree *const stack = walks.stack;
+    uint32_t depth = walks.depth;
+    while (depth > 0) {
+        if (walks.n_max-- == 0) {
+            return false;
+        }
+        Prospect<F> here = prospect(tree, at, part, stack[--depth]);
+        const F reach2 = box_reach2(nearest.worst());
+        while (lane::bits_where_le(here.d2, reach2) != 0 && here.subtree.n_leaves > 1) {
+            Prospect<F> near = prospect(tree, at, part, left_of(here.subtree));
+            Prospect<F> far = prospect(tree, at, part, right_of(here.subtree));
+            if (far.priority < near.priority) {
+                const Prospect<F> left = near;
+                near = far;
+                far = left;
+            }
+            if (lane::bits_where_le(far.d2, reach2) != 0) {
+                stack[depth++] = far.subtree;
+            }
+            here = near;
+        }
+        if (lane::bits_where_le(here.d2, reach2) != 0) {
+            offer_leaf(nearest, at, part, tree, here.subtree);
+        }
+    }
+    return true;
+}
+
+} // namespace gpom

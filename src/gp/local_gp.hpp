@@ -1,0 +1,116 @@
+/// \file local_gp.hpp
+/// The Gaussian process of one query's neighbourhood (eqs. 1-3 with the points of eq. 10).
+#pragma once
+
+#include "src/gp/chol.hpp"
+#include "src/gp/kernel.hpp"
+
+namespace gpom
+{
+
+/// Noise variance of a point that is not there. Against it every covariance vanishes in float32:
+/// its row of L is about 1e-15 k, and what it adds to mean and variance is about 1e-30.
+constexpr float kAbsentNoise = 1e30f;
+
+/// n points about the query, hits (+1) first, then free points (-1).
+template <class F> struct Neighbourhood {
+    F *x_m, *y_m; ///< Relative to the query; room for whole tiles of points, as in the others.
+    F *noise;     ///< Noise variance, or kAbsentNoise.
+    F *weight;    ///< 1, or what is left of it where neighbours fade (context.hpp).
+    size_t n_hits, n_free;
+
+    size_t n_tiles() const { return tile_count(n_hits + n_free); }
+};
+
+/// Working arrays of kTile n_tiles() elements beside the factor.
+template <class F> struct GpWork {
+    Feature<F> *features;
+    F *u, *v;
+    Factor<F> factor;
+};
+
+template <class F> struct Moments {
+    F mean, variance, bad;
+};
+
+/// m equal points with equal labels are exactly one point whose precision is the sum of theirs;
+/// made one, they cannot spoil the factor's conditioning. O(n^2) comparisons; n <= 64.
+template <class F> inline void merge_equal(F *x_m, F *y_m, F *noise, size_t n)
+{
+    const F absent = lane::splat<F>(kAbsentNoise);
+    for (size_t i = 1; i < n; ++i) {
+        const F x_i = x_m[i];
+        for (size_t j = 0; j < i; ++j) {
+            if (!lane::any(x_i == x_m[j])) {
+                continue;
+            }
+            const auto equal = (x_m[i] == x_m[j]) & (y_m[i] == y_m[j]) & (noise[i] < absent);
+            const F merged = 1.0f / (1.0f / noise[j] + 1.0f / noise[i]);
+            noise[j] = lane::select(equal, merged, noise[j]);
+            noise[i] = lane::select(equal, absent, noise[i]);
+        }
+    }
+}
+
+/// Fill the last tile with points that are not there.
+template <class F> inline void pad(const Neighbourhood<F> &points)
+{
+    for (size_t i = points.n_hits + points.n_free; i < kTile * points.n_tiles(); ++i) {
+        points.x_m[i] = points.y_m[i] = lane::splat<F>(0.0f);
+        points.noise[i] = lane::splat<F>(kAbsentNoise);
+    }
+}
+
+/// Block row i of (K + N) / sf2: covariances of four points with all before and each other.
+template <gpom_kernel_t K, class F>
+inline void covariance_block_row(const Feature<F> *features, const F *noise, F inv_sf2, size_t i,
+                                 F *panel)
+{
+    for (size_t r = 0; r < kTile; ++r) {
+        const size_t n = kTile * i + r;
+        unit_covariances<K>(features[n], features, n, panel + r, kTile);
+        panel[kTile * n + r] = lane::fma(noise[n], inv_sf2, unit_variance<K>(features[n]));
+    }
+}
+
+/// Mean and variance at the query by forward substitution alone: with (K + N) / sf2 = L L^T,
+/// v = L^-1 k* / sf2, u = L^-1 y, the mean (eq. 2) is v . u and the variance (eq. 3)
+/// k** - sf2 v . v.
+///
+/// frame_x_m, frame_y_m  the query's coordinates in the covariance's frame; 0 in its own.
+template <gpom_kernel_t K, class F>
+inline Moments<F> predict(const KernelConstants constants, const Neighbourhood<F> &points,
+                          GpWork<F> &work, F frame_x_m, F frame_y_m)
+{
+    const F zero = lane::splat<F>(0.0f);
+    const F inv_sf2 = lane::splat<F>(1.0f / constants.sf2);
+    const Feature<F> query = feature<K>(constants, frame_x_m, frame_y_m);
+    F mean = zero;
+    F explained = zero;
+    work.factor.bad = zero;
+    pad(points);
+    const size_t n = kTile * points.n_tiles();
+    for (size_t j = 0; j < n; ++j) {
+        work.features[j] =
+            feature<K>(constants, F(points.x_m[j] + frame_x_m), F(points.y_m[j] + frame_y_m));
+        work.u[j] = lane::splat<F>(j < points.n_hits ? 1.0f : -1.0f);
+    }
+    unit_covariances<K>(query, work.features, n, work.v, 1);
+    for (size_t i = 0; i < points.n_tiles(); ++i) {
+        covariance_block_row<K>(work.features, points.noise, inv_sf2, i,
+                                work.factor.l + panel_at(i));
+        factor_block_row(work.factor, i);
+        forward_block(work.factor, i, work.u, work.v);
+        for (size_t j = kTile * i; j < kTile * (i + 1); ++j) {
+            mean = lane::fma(work.v[j], work.u[j], mean);
+            explained = lane::fma(work.v[j], work.v[j], explained);
+        }
+    }
+    const F prior = unit_variance<K>(query);
+    const auto good = work.factor.bad == zero;
+    const F left = lane::max(F(prior - explained), zero);
+    return {lane::select(good, mean, zero), constants.sf2 * lane::select(good, left, prior),
+            work.factor.bad};
+}
+
+} // namespace gpom

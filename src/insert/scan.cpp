@@ -1,0 +1,405 @@
+#include "gpom/scan.h"
+
+#include "src/insert/origin.hpp"
+#include "src/map/map.hpp"
+#include "src/map/se2.hpp"
+
+#include <float.h>
+
+using gpom::Beam;
+
+namespace
+{
+
+constexpr double kTwoPi = 6.283185307179586;
+constexpr double kAngleMax_rad = 1e6;
+
+/// Greatest variance of a pose [m2, rad2]: what it is carried to stays finite.
+constexpr float kVarianceMax = 1e12f;
+
+/// A beam speaks against others if the standard deviation of its end is at most this many times
+/// keep_m. Errors of poses last: those of one drive are mostly common to a beam and to the hits it
+/// meets, so that it need not be known to a part of keep_m (DESIGN.md, 3).
+constexpr float kSureSpacings = 2.0f;
+
+/// The bits that stand for the nth time: on a circle of circumference 2^32, the sector in which the
+/// nth step of 2^32 / golden ratio ends. They differ between any two times up to 20 apart, and no
+/// rhythm of scans passes for one time for ever.
+uint16_t mark_of(uint32_t time_number)
+{
+    constexpr uint32_t kStep = 2654435769u;
+    return static_cast<uint16_t>(time_number * kStep >> (32 - gpom::kTimeMarkBits));
+}
+
+// Written so that a NaN fails.
+bool is_within(double x, double limit) { return x >= -limit && x <= limit; }
+
+bool are_masks(const gpom_mask_t *masks, uint16_t n_masks)
+{
+    if (n_masks > 0 && masks == nullptr) {
+        return false;
+    }
+    for (uint16_t i = 0; i < n_masks; ++i) {
+        if (!is_within(static_cast<double>(masks[i].from_rad), kAngleMax_rad) ||
+            !is_within(static_cast<double>(masks[i].to_rad), kAngleMax_rad)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+bool is_sensor(const gpom_sensor_t *sensor)
+{
+    if (sensor == nullptr || !are_masks(sensor->masks, sensor->n_masks)) {
+        return false;
+    }
+    const bool mount_ok = is_within(sensor->x_m, GPOM_REACH_M) &&
+                          is_within(sensor->y_m, GPOM_REACH_M) &&
+                          is_within(sensor->yaw_rad, kAngleMax_rad);
+    const bool ranges_ok = sensor->range_min_m >= 0.0f &&
+                           sensor->range_max_m > sensor->range_min_m &&
+                           sensor->range_max_m <= static_cast<float>(GPOM_REACH_M) &&
+                           sensor->range_var_m2 >= 0.0f && sensor->range_var_m2 <= FLT_MAX;
+    return mount_ok && ranges_ok;
+}
+
+bool is_scan(const gpom_scan_t *scan)
+{
+    return scan != nullptr && scan->n_ranges <= GPOM_RANGES_MAX &&
+           (scan->n_ranges == 0 || scan->ranges_m != nullptr) &&
+           is_within(scan->angle_min_rad, kAngleMax_rad) &&
+           is_within(scan->angle_step_rad, kAngleMax_rad / GPOM_RANGES_MAX);
+}
+
+/// Correlation of elements i and j; 0 where a variance is 0.
+float correlation(const float *cov, int i, int j)
+{
+    const float scale = gpom::lane::sqrt(cov[4 * i]) * gpom::lane::sqrt(cov[4 * j]);
+    return scale > 0.0f ? cov[3 * i + j] / scale : 0.0f;
+}
+
+/// Positive semidefinite: the leading minors of the correlation matrix, within rounding.
+bool is_covariance(const float *cov)
+{
+    constexpr float kTolerance = 1e-3f;
+    for (int i = 0; i < 3; ++i) {
+        if (!(cov[4 * i] >= 0.0f && cov[4 * i] <= kVarianceMax)) {
+            return false;
+        }
+        for (int j = 0; j < i; ++j) {
+            const float bound =
+                gpom::lane::sqrt(cov[4 * i]) * gpom::lane::sqrt(cov[4 * j]) * (1.0f + kTolerance);
+            const float difference = gpom::lane::abs(cov[3 * i + j] - cov[3 * j + i]);
+            if (!(gpom::lane::abs(cov[3 * i + j]) <= bound && difference <= kTolerance * bound)) {
+                return false;
+            }
+        }
+    }
+    const float a = correlation(cov, 1, 0);
+    const float b = correlation(cov, 2, 0);
+    const float c = correlation(cov, 2, 1);
+    return 1.0f + 2.0f * a * b * c - a * a - b * b - c * c >= -kTolerance;
+}
+
+bool is_pose(const gpom_pose_t &pose)
+{
+    return is_within(pose.x_m, GPOM_PLACE_MAX_M) && is_within(pose.y_m, GPOM_PLACE_MAX_M) &&
+           is_within(pose.yaw_rad, kAngleMax_rad) &&
+           (pose.cov == nullptr || is_covariance(pose.cov));
+}
+
+bool is_sweep(const gpom_sweep_t *sweep)
+{
+    if (sweep == nullptr || sweep->n_ranges > GPOM_RANGES_MAX) {
+        return false;
+    }
+    const bool has_arrays =
+        sweep->ranges_m != nullptr && sweep->bearings_rad != nullptr && sweep->poses != nullptr;
+    bool are_angles = true;
+    for (uint32_t i = 0; has_arrays && i < sweep->n_ranges; ++i) {
+        are_angles =
+            are_angles && is_within(static_cast<double>(sweep->bearings_rad[i]), kAngleMax_rad);
+    }
+    return (has_arrays || sweep->n_ranges == 0) && are_angles;
+}
+
+bool are_poses(const gpom_sweep_t &sweep)
+{
+    for (uint32_t i = 0; i < sweep.n_ranges; ++i) {
+        if (!is_pose(sweep.poses[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// The angle in [0, 2 pi).
+double wrap(double angle_rad)
+{
+    const double turns = static_cast<double>(static_cast<int32_t>(angle_rad / kTwoPi));
+    const double rest = angle_rad - turns * kTwoPi;
+    return rest < 0.0 ? rest + kTwoPi : rest;
+}
+
+bool is_masked(const gpom_sensor_t &sensor, double bearing_rad)
+{
+    for (uint16_t i = 0; i < sensor.n_masks; ++i) {
+        const double from = static_cast<double>(sensor.masks[i].from_rad);
+        const double to = static_cast<double>(sensor.masks[i].to_rad);
+        const bool is_full_turn = to - from >= kTwoPi - 1e-6;
+        if (is_full_turn || wrap(bearing_rad - from) <= wrap(to - from)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Count a reading that cannot be used. False: it can; one that stands for "no return" becomes the
+/// usable maximum.
+bool count_unusable(gpom_stats_t &stats, const gpom_sensor_t &sensor, float &range_m,
+                    double bearing_rad)
+{
+    uint64_t *cause = nullptr;
+    bool is_no_return = false;
+    if (range_m != range_m) {
+        cause = &stats.beams_nan;
+    } else if (range_m <= 0.0f) {
+        cause = &stats.beams_not_positive;
+        is_no_return = range_m == 0.0f && sensor.zero_is_no_return != 0;
+    } else if (range_m < sensor.range_min_m) {
+        cause = &stats.beams_too_near;
+        is_no_return = sensor.too_near_is_no_return != 0;
+    }
+    if (is_no_return) {
+        range_m = sensor.range_max_m;
+        cause = nullptr;
+    }
+    if (cause == nullptr && is_masked(sensor, bearing_rad)) {
+        cause = &stats.beams_masked;
+    }
+    if (cause == nullptr) {
+        return false;
+    }
+    ++*cause;
+    return true;
+}
+
+/// What all beams of one scan share.
+struct ScanContext {
+    const gpom_sensor_t &sensor;
+    const float *pose_cov; ///< 3 x 3 by rows, or NULL.
+    gpom::Pose T_map_sensor;
+    Eigen::Vector2f sensor_m; ///< Sensor position relative to the map's origin.
+    Eigen::Vector2f lever_m;  ///< From the robot to the sensor, map axes.
+    uint16_t scan;            ///< Number of the scan, modulo 2^16.
+};
+
+/// Variance of the place of a beam's end across a surface there [m2]: the range's, and of the
+/// pose's, carried to the end, the mean over all directions, half of the sum over x and y. Along a
+/// surface, which way it runs is not known, an error changes nothing.
+float end_variance(const ScanContext &context, const Beam &beam)
+{
+    float var_m2 = context.sensor.range_var_m2;
+    if (context.pose_cov != nullptr) {
+        const Eigen::Vector2f direction(beam.dir_x, beam.dir_y);
+        const Eigen::Vector2f lever_m = context.lever_m + beam.range_m * direction;
+        var_m2 += 0.5f * gpom::position_variance(context.pose_cov, lever_m);
+    }
+    return gpom::lane::max(var_m2, 0.0f); // rounding may take it below 0
+}
+
+/// How much position uncertainty at the end of a beam raises its noise (scan.h). With rho the prior
+/// correlation between f at the true place and at the believed one, f(true) = rho f(believed) + a
+/// part independent of it; dividing by rho gives noise (sn2 + (1 - rho^2) k) / rho^2, that is
+/// sn2 + w (sn2 + k) with w = 1 / rho^2 - 1.
+float excess_of(const gpom_map &map, float var_m2)
+{
+    if (var_m2 == 0.0f) {
+        return 0.0f;
+    }
+    const gpom_params_t &params = map.config.params;
+    const float sd_m = gpom::lane::sqrt(gpom::lane::min(var_m2, FLT_MAX));
+    const float k = gpom::covariance_on_axis(params, 0.0f, sd_m);
+    const float k_product =
+        gpom::covariance_on_axis(params, 0.0f, 0.0f) * gpom::covariance_on_axis(params, sd_m, sd_m);
+    const float rho2 = k * k / k_product;
+    if (!(rho2 > 1.0f / gpom::kExcessMax)) {
+        return gpom::kExcessMax;
+    }
+    return gpom::lane::max(1.0f / rho2 - 1.0f, 0.0f);
+}
+
+Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, double bearing_rad)
+{
+    const double turned_rad = context.sensor.upside_down != 0 ? -bearing_rad : bearing_rad;
+    const gpom::Direction direction = gpom::direction_of(context.T_map_sensor.yaw_rad + turned_rad);
+    Beam beam = {};
+    beam.scan = context.scan;
+    beam.stamp_ms = map.keeper.stamp_ms;
+    beam.hit_time = map.keeper.time_mark & gpom::kTimeMarkMask;
+    beam.x_m = context.sensor_m.x();
+    beam.y_m = context.sensor_m.y();
+    beam.dir_x = direction.x;
+    beam.dir_y = direction.y;
+    beam.returned = range_m < context.sensor.range_max_m ? 1u : 0u;
+    beam.hit = beam.returned != 0 ? gpom::kStanding : gpom::kNoHit;
+    beam.has_free = 1;
+    beam.range_m = beam.returned != 0 ? range_m : context.sensor.range_max_m;
+    return beam;
+}
+
+/// Hand a reading, if it can be used, to those that choose what is kept.
+void insert_beam(gpom_map &map, const ScanContext &context, float range_m, double bearing_rad)
+{
+    if (count_unusable(map.stats, context.sensor, range_m, bearing_rad)) {
+        return;
+    }
+    const float sure_m = kSureSpacings * map.config.keep_m;
+    Beam beam = beam_of(map, context, range_m, bearing_rad);
+    const float var_m2 = end_variance(context, beam);
+    beam.excess = excess_of(map, var_m2);
+    gpom::consider(map, beam, var_m2 <= sure_m * sure_m);
+}
+
+/// The sensor's place for a pose of the robot, in double.
+struct SensorPlace {
+    gpom::Pose T_map_sensor;
+    Eigen::Vector2d from_origin_m; ///< Relative to the map's origin.
+    Eigen::Vector2f lever_m;       ///< From the robot to the sensor, map axes.
+};
+
+SensorPlace place_of(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose)
+{
+    const gpom::Pose T_map_robot = {{pose.x_m, pose.y_m}, pose.yaw_rad};
+    const gpom::Pose T_robot_sensor = {{sensor.x_m, sensor.y_m}, sensor.yaw_rad};
+    const gpom::Pose T_map_sensor = T_map_robot * T_robot_sensor;
+    const Eigen::Vector2d origin_m(map.config.origin_x_m, map.config.origin_y_m);
+    return {T_map_sensor, T_map_sensor.position_m - origin_m,
+            (T_map_sensor.position_m - T_map_robot.position_m).cast<float>()};
+}
+
+/// True if the sensor is in reach once the origin has moved by a step.
+bool is_in_reach(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
+                 const Eigen::Vector2d &step_m)
+{
+    const Eigen::Vector2d from_m = place_of(map, sensor, pose).from_origin_m - step_m;
+    return from_m.squaredNorm() <= GPOM_REACH_M * GPOM_REACH_M;
+}
+
+/// True if the origin may follow the robot: a pose out of reach of the origin may be wild, and what
+/// is kept stays. An empty map has nothing to lose; one that has refused many poses near each other
+/// holds what a wild one brought.
+bool may_follow(gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
+                const Eigen::Vector2d &step_m)
+{
+    return is_in_reach(map, sensor, pose, step_m) &&
+           (map.index.n_beams == 0 || is_in_reach(map, sensor, pose, {0.0, 0.0}) ||
+            gpom::note_out_of_reach(map, step_m));
+}
+
+/// Of the scan that was noted last.
+ScanContext context_of(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
+                       const SensorPlace &place)
+{
+    const auto scan_number = static_cast<uint16_t>((map.stats.scans_inserted - 1) & 0xffffu);
+    return {sensor,        pose.cov,   place.T_map_sensor, place.from_origin_m.cast<float>(),
+            place.lever_m, scan_number};
+}
+
+/// Take note of when and where a scan was made.
+void note_scan(gpom_map &map, int64_t stamp_us, const SensorPlace &place)
+{
+    const Eigen::Vector2f robot_m = place.from_origin_m.cast<float>() - place.lever_m;
+    const gpom::Point robot = {robot_m.x(), robot_m.y()};
+    gpom::follow_clock(map, stamp_us);
+    gpom::lowres_follow(map.lowres, robot, stamp_us);
+    gpom::Keeper &keeper = map.keeper;
+    if (map.stats.scans_inserted == 0 || stamp_us != keeper.stamp_us) {
+        ++keeper.time_number;
+        keeper.time_mark = mark_of(keeper.time_number);
+    }
+    keeper.stamp_us = stamp_us;
+    keeper.stamp_ms = gpom::milliseconds_since(map.lowres.stamp0_us, stamp_us);
+    keeper.robot = robot;
+    keeper.scan_first_id = map.index.next_id;
+    keeper.moves = 0;
+    ++map.stats.scans_inserted;
+}
+
+gpom_status_t refuse_pose(gpom_map &map)
+{
+    ++map.stats.scans_bad_pose;
+    return GPOM_ERR_ARG;
+}
+
+gpom_status_t refuse_reach(gpom_map &map)
+{
+    ++map.stats.scans_out_of_reach;
+    return GPOM_ERR_REACH;
+}
+
+} // namespace
+
+void gpom_sensor_init(gpom_sensor_t *sensor)
+{
+    if (sensor == nullptr) {
+        return;
+    }
+    *sensor = gpom_sensor_t{};
+    sensor->range_min_m = 0.02f;
+    sensor->range_max_m = 30.0f;
+}
+
+gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
+                               const gpom_sensor_t *sensor, const gpom_pose_t *pose)
+{
+    if (!gpom::is_map(map) || pose == nullptr || !is_scan(scan) || !is_sensor(sensor)) {
+        return GPOM_ERR_ARG;
+    }
+    if (!is_pose(*pose)) {
+        return refuse_pose(*map);
+    }
+    const Eigen::Vector2d step_m = gpom::origin_step(*map, pose->x_m, pose->y_m);
+    if (!may_follow(*map, *sensor, *pose, step_m)) {
+        return refuse_reach(*map);
+    }
+    gpom::move_origin(*map, step_m);
+    const SensorPlace place = place_of(*map, *sensor, *pose);
+    note_scan(*map, scan->stamp_us, place);
+    const ScanContext context = context_of(*map, *sensor, *pose, place);
+    for (uint32_t i = 0; i < scan->n_ranges; ++i) {
+        insert_beam(*map, context, scan->ranges_m[i],
+                    scan->angle_min_rad + i * scan->angle_step_rad);
+    }
+    gpom::settle(*map);
+    return GPOM_OK;
+}
+
+gpom_status_t gpom_sweep_insert(gpom_map_t *map, const gpom_sweep_t *sweep,
+                                const gpom_sensor_t *sensor, const gpom_pose_t *pose)
+{
+    if (!gpom::is_map(map) || pose == nullptr || !is_sweep(sweep) || !is_sensor(sensor)) {
+        return GPOM_ERR_ARG;
+    }
+    if (!is_pose(*pose) || !are_poses(*sweep)) {
+        return refuse_pose(*map);
+    }
+    const Eigen::Vector2d step_m = gpom::origin_step(*map, pose->x_m, pose->y_m);
+    bool are_in_reach = true;
+    for (uint32_t i = 0; i < sweep->n_ranges && are_in_reach; ++i) {
+        are_in_reach = is_in_reach(*map, *sensor, sweep->poses[i], step_m);
+    }
+    if (!are_in_reach || !may_follow(*map, *sensor, *pose, step_m)) {
+        return refuse_reach(*map);
+    }
+    gpom::move_origin(*map, step_m);
+    note_scan(*map, sweep->stamp_us, place_of(*map, *sensor, *pose));
+    map->keeper.moves = 1;
+    for (uint32_t i = 0; i < sweep->n_ranges; ++i) {
+        const gpom_pose_t &own = sweep->poses[i];
+        insert_beam(*map, context_of(*map, *sensor, own, place_of(*map, *sensor, own)),
+                    sweep->ranges_m[i], static_cast<double>(sweep->bearings_rad[i]));
+    }
+    gpom::settle(*map);
+    return GPOM_OK;
+}

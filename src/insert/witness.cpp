@@ -1,0 +1,443 @@
+#include "src/insert/witness.hpp"
+
+#include "src/insert/known_free.hpp"
+#include "src/map/map.hpp"
+#include "src/query/workspace.hpp"
+
+namespace gpom
+{
+
+namespace
+{
+
+/// Counts at which a hit that arrived where the place was free has settled.
+constexpr uint32_t kArrivedCounts = 3;
+
+/// A hit nearer to its own sensor than keep_m times this refuses no beam: 9 degrees or more would
+/// pass it, and half of all beams pass one of millimetres.
+constexpr float kNearSpacings = 2.0f;
+
+/// A hit refuses no beam from the scan on that is this one in a row to see through it.
+constexpr uint32_t kDoubtedScans = 3;
+
+/// At times whose marks are below this, one in eight, no hit refuses a beam: some hits are passed
+/// and confirmed in turn for ever. From one such time to the next are 5, 8 or 13.
+constexpr uint32_t kOpenTimeMarks = 4;
+
+/// Lane vectors that a group fills.
+constexpr uint32_t kWidth = static_cast<uint32_t>(kLanes);
+constexpr uint32_t kVectors = kGroup / kWidth;
+
+/// Rounding of a place's distance from a beam, in parts of the beam's length.
+constexpr float kRounding = 4e-6f;
+
+/// kLanes new beams of a group. Lanes beyond its last beam repeat it.
+struct BeamLanes {
+    F x_m, y_m; ///< Where they start, relative to the group's first; only set if the sensor moves.
+    F dir_x, dir_y, length_m;
+};
+
+/// The sector in which all beams of a group run, if it is less than half a turn.
+struct Fan {
+    Point right, left; ///< Directions of its edges: from right to left counter-clockwise.
+    bool is_wide;      ///< It is not less; then the edges say nothing.
+};
+
+/// One group under judgement.
+struct Trial {
+    gpom_map &map;
+    Box box;       ///< Around all its beams, keep_m wider.
+    Point sensor;  ///< Where the first starts; if it moves, others start elsewhere.
+    bool moves;    ///< The sensor, from beam to beam.
+    float reach_m; ///< keep_m, how far others start from there, and what rounding may add.
+    Fan fan;
+    const BeamLanes *lanes; ///< n_vectors of them hold all beams.
+    uint32_t n_vectors;
+};
+
+/// What one hit has to do with the beams of a group.
+struct Witnesses {
+    uint32_t ends;    ///< Bit i: beam i ends at it.
+    uint32_t ends_in; ///< Bit i: beam i ends at its occupied depth; those far off to its side not.
+    uint32_t beside;  ///< Bit i: beam i runs by within keep_m of it.
+};
+
+BeamLanes lanes_of(const Group &group, uint32_t i_vector, bool moves)
+{
+    BeamLanes lanes = {};
+    for (uint32_t i = 0; i < kWidth; ++i) {
+        const uint32_t i_beam = i_vector * kWidth + i;
+        const Beam &beam = group.beams[i_beam < group.n ? i_beam : group.n - 1];
+        if (moves) {
+            lane::set(lanes.x_m, static_cast<int>(i), beam.x_m - group.beams[0].x_m);
+            lane::set(lanes.y_m, static_cast<int>(i), beam.y_m - group.beams[0].y_m);
+        }
+        lane::set(lanes.dir_x, static_cast<int>(i), beam.dir_x);
+        lane::set(lanes.dir_y, static_cast<int>(i), beam.dir_y);
+        lane::set(lanes.length_m, static_cast<int>(i), beam.range_m);
+    }
+    return lanes;
+}
+
+/// How far `to` is to the left of the ray from the sensor along the direction `from`.
+float turn(const Point &from, const Point &to) { return from.x_m * to.y_m - from.y_m * to.x_m; }
+
+Fan fan_of(const Group &group)
+{
+    const Beam &middle = group.beams[group.n / 2];
+    const Point ahead = {middle.dir_x, middle.dir_y};
+    Fan fan = {ahead, ahead, false};
+    for (uint32_t i = 0; i < group.n; ++i) {
+        const Point dir = {group.beams[i].dir_x, group.beams[i].dir_y};
+        fan.is_wide = fan.is_wide || !(ahead.x_m * dir.x_m + ahead.y_m * dir.y_m > 0.0f);
+        fan.right = turn(fan.right, dir) < 0.0f ? dir : fan.right;
+        fan.left = turn(fan.left, dir) > 0.0f ? dir : fan.left;
+    }
+    return fan;
+}
+
+/// True if a place, from the sensor on, is in the sector or at most reach_m outside either edge.
+bool is_between(const Fan &fan, const Point &at, float reach_m)
+{
+    return (turn(fan.right, at) >= -reach_m) & (turn(fan.left, at) <= reach_m);
+}
+
+/// The same of any place of a box, half of which reaches `half` to either side of its centre.
+bool is_between(const Fan &fan, const Point &centre, const Point &half, float reach_m)
+{
+    const float beside_right =
+        half.x_m * lane::abs(fan.right.y_m) + half.y_m * lane::abs(fan.right.x_m);
+    const float beside_left =
+        half.x_m * lane::abs(fan.left.y_m) + half.y_m * lane::abs(fan.left.x_m);
+    return (turn(fan.right, centre) >= -(reach_m + beside_right)) &
+           (turn(fan.left, centre) <= reach_m + beside_left);
+}
+
+/// True if one of kLanes beams comes within reach_m of a box, from the sensor on: projections on
+/// the beam and across it.
+bool touches(const BeamLanes &s, const Point &centre, const Point &half, float reach_m)
+{
+    const F along = centre.x_m * s.dir_x + centre.y_m * s.dir_y;
+    const F across = lane::abs(F(centre.x_m * s.dir_y - centre.y_m * s.dir_x));
+    const F half_along = half.x_m * lane::abs(s.dir_x) + half.y_m * lane::abs(s.dir_y) + reach_m;
+    const F half_across = half.x_m * lane::abs(s.dir_y) + half.y_m * lane::abs(s.dir_x) + reach_m;
+    return lane::any((across <= half_across) & (along >= -half_along) &
+                     (along <= s.length_m + half_along));
+}
+
+/// True if there may be hits in a box that a beam of the group ends at or passes. The sector of a
+/// group tells almost as well as its beams one by one, which are asked only where it has none.
+bool may_matter(const Trial &trial, const Box &box)
+{
+    if (!are_near(box, trial.box, 0.0f)) {
+        return false;
+    }
+    const Point centre = {0.5f * (box.x_min_m + box.x_max_m) - trial.sensor.x_m,
+                          0.5f * (box.y_min_m + box.y_max_m) - trial.sensor.y_m};
+    const Point half = {0.5f * (box.x_max_m - box.x_min_m), 0.5f * (box.y_max_m - box.y_min_m)};
+    if (!trial.fan.is_wide) {
+        return is_between(trial.fan, centre, half, trial.reach_m);
+    }
+    for (uint32_t v = 0; v < trial.n_vectors; ++v) {
+        if (touches(trial.lanes[v], centre, half, trial.reach_m)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// The same of one hit.
+bool may_matter(const Trial &trial, const Point &at)
+{
+    const bool is_inside = (at.x_m >= trial.box.x_min_m) & (at.x_m <= trial.box.x_max_m) &
+                           (at.y_m >= trial.box.y_min_m) & (at.y_m <= trial.box.y_max_m);
+    const Point from = {at.x_m - trial.sensor.x_m, at.y_m - trial.sensor.y_m};
+    return is_inside && (trial.fan.is_wide || is_between(trial.fan, from, trial.reach_m));
+}
+
+/// kLanes beams, and a hit's occupied part, relative to where each of them starts.
+struct Meeting {
+    const BeamLanes &beams;
+    F x_m, y_m;
+    Point dir;
+    float length_m;
+};
+
+/// Squared distances from the ends of the beams to the occupied part.
+F distance2_of_ends(const Meeting &hit)
+{
+    const BeamLanes &s = hit.beams;
+    const F x = s.length_m * s.dir_x - hit.x_m;
+    const F y = s.length_m * s.dir_y - hit.y_m;
+    const F along = x * hit.dir.x_m + y * hit.dir.y_m;
+    const F foot = lane::clamp(along, lane::splat<F>(0.0f), lane::splat<F>(hit.length_m));
+    const F dx = x - foot * hit.dir.x_m;
+    const F dy = y - foot * hit.dir.y_m;
+    return dx * dx + dy * dy;
+}
+
+/// Compare a hit with kLanes beams: which end at it if they returned, and which run by it if they
+/// are sure.
+Witnesses witnesses_of(const Meeting &hit, float keep_m)
+{
+    const BeamLanes &s = hit.beams;
+    const F across = lane::abs(F(hit.x_m * s.dir_y - hit.y_m * s.dir_x));
+    if (!lane::any(across < keep_m)) {
+        return {0, 0, 0};
+    }
+    const F along = hit.x_m * s.dir_x + hit.y_m * s.dir_y;
+    const F to_go = s.length_m - along;
+    const F gap2 = across * across + to_go * to_go;
+    const F width = lane::min(F(kPass.slope * to_go), lane::splat<F>(keep_m));
+    const auto beside = (along > 0.0f) & (to_go > keep_m) & (across < width);
+    const F gap_in2 = hit.length_m > 0.0f ? distance2_of_ends(hit) : gap2;
+    return {lane::bits_of_mask(gap2 < keep_m * keep_m),
+            lane::bits_of_mask(gap_in2 < keep_m * keep_m), lane::bits_of_mask(beside)};
+}
+
+/// Compare a hit with all beams of the group.
+Witnesses witnesses_of(const Trial &trial, const Beam &beam)
+{
+    const Group &group = trial.map.keeper.group;
+    const Segment hit = trial.map.index.hit_part(beam);
+    const F x_m = lane::splat<F>(hit.x_m - trial.sensor.x_m);
+    const F y_m = lane::splat<F>(hit.y_m - trial.sensor.y_m);
+    const Point dir = {hit.dir_x, hit.dir_y};
+    Witnesses all = {0, 0, 0};
+    for (uint32_t v = 0; v < trial.n_vectors; ++v) {
+        const BeamLanes &s = trial.lanes[v];
+        const F from_x = trial.moves ? F(x_m - s.x_m) : x_m;
+        const F from_y = trial.moves ? F(y_m - s.y_m) : y_m;
+        const Witnesses some =
+            witnesses_of({s, from_x, from_y, dir, hit.length_m}, trial.map.config.keep_m);
+        all.ends |= some.ends << (v * kWidth);
+        all.ends_in |= some.ends_in << (v * kWidth);
+        all.beside |= some.beside << (v * kWidth);
+    }
+    return {all.ends & group.returned, all.ends_in & group.returned, all.beside & group.sure};
+}
+
+/// Set a hit's count, and tell the low-resolution map if that changes its noise.
+void set_agreed(gpom_map &map, Beam &beam, uint32_t agreed)
+{
+    const float sn2 = sn2_of(map.noise, beam, map.index.hit_part);
+    beam.agreed = agreed & kAgreedMax;
+    if (sn2_of(map.noise, beam, map.index.hit_part) != sn2) {
+        mark_hit(map, beam);
+    }
+}
+
+/// A scan saw the hit again: one count more if at another time, and whoever saw through it erred.
+/// One that is provisional goes on waiting if the time is its own. One that arrived takes the place
+/// from the free segments when it ceases to be provisional, and again with its last count needed.
+void confirm(gpom_map &map, Beam &beam)
+{
+    const uint16_t time = map.keeper.time_mark;
+    const bool is_own_time = beam.stamp_ms == map.keeper.stamp_ms && beam.hit_time == time;
+    const bool was_provisional = is_provisional(beam);
+    if (was_provisional && is_own_time) {
+        return;
+    }
+    const bool is_counted = !was_provisional && beam.agreed < kAgreedMax &&
+                            !(beam.hit_against == 0 && beam.hit_time == time);
+    set_agreed(map, beam, beam.agreed + (is_counted ? 1u : 0u));
+    beam.hit = kStanding;
+    beam.hit_against = 0;
+    beam.hit_time = time & kTimeMarkMask;
+    if (was_provisional) {
+        mark_beam(map, beam);
+    }
+    if (beam.arrived != 0 && (was_provisional || (is_counted && beam.agreed == kArrivedCounts))) {
+        clear_free(map, beam);
+    }
+}
+
+/// Let beams that end at a hit stand for it should it have no free segment; one that ends at
+/// several stands for the oldest.
+void offer_renewal(gpom_map &map, uint32_t ends, uint32_t slot)
+{
+    Group &group = map.keeper.group;
+    const Beam *const beams = map.index.beams;
+    for (uint32_t left = ends; left != 0; left &= left - 1) {
+        uint32_t &oldest = group.renews[__builtin_ctz(left)];
+        if (oldest == kNoSlot || beams[slot].id < beams[oldest].id) {
+            oldest = slot;
+        }
+    }
+}
+
+/// A scan saw through a hit: the first in a row takes one count, the next two, four, eight, so
+/// that five in a row outweigh any number that saw it before. True if it is gone: the counts are
+/// used up and enough scans were in the row. One that is provisional goes at once; one that was
+/// confirmed at this very time stays as it is.
+bool contradict(gpom_map &map, uint32_t slot)
+{
+    Beam &beam = map.index.beams[slot];
+    if (is_provisional(beam)) {
+        drop_beam(map, slot);
+        ++map.stats.beams_not_confirmed;
+        return true;
+    }
+    if (beam.hit_time == map.keeper.time_mark) {
+        return false;
+    }
+    beam.hit_time = map.keeper.time_mark & kTimeMarkMask;
+    const uint32_t in_row = beam.hit_against;
+    const uint32_t counts = 1u << in_row;
+    if (beam.agreed < counts && in_row + 1u >= map.config.clear_scans) {
+        retire_hit(map, slot);
+        ++map.stats.hits_cleared;
+        return true;
+    }
+    set_agreed(map, beam, beam.agreed > counts ? beam.agreed - counts : 0u);
+    beam.hit_against = (in_row < 3 ? in_row + 1u : 3u) & 3u;
+    return false;
+}
+
+/// How far a hit is to the left of beam i of the group.
+float left_of(const Trial &trial, uint32_t i_beam, const Point &hit)
+{
+    const Beam &beam = trial.map.keeper.group.beams[i_beam];
+    return turn({beam.dir_x, beam.dir_y}, {hit.x_m - beam.x_m, hit.y_m - beam.y_m});
+}
+
+/// Of the beams beside a hit those that run past it.
+uint32_t passing(const Trial &trial, uint32_t beside, const Point &hit)
+{
+    const float width_m = kPass.width * trial.map.config.keep_m;
+    uint32_t passes = 0;
+    for (uint32_t left = beside; left != 0; left &= left - 1) {
+        const uint32_t i = static_cast<uint32_t>(__builtin_ctz(left));
+        passes |= lane::abs(left_of(trial, i, hit)) < width_m ? 1u << i : 0u;
+    }
+    return passes;
+}
+
+/// Of the beams beside a hit two neighbours that have it between them, keep_m apart or less. No
+/// bits: there are none.
+uint32_t pair_around(const Trial &trial, uint32_t beside, const Point &hit)
+{
+    for (uint32_t both = beside & (beside >> 1); both != 0; both &= both - 1) {
+        const uint32_t i = static_cast<uint32_t>(__builtin_ctz(both));
+        const float first_m = left_of(trial, i, hit);
+        const float second_m = left_of(trial, i + 1, hit);
+        const bool is_between = (first_m < 0.0f) != (second_m < 0.0f);
+        if (is_between && lane::abs(first_m - second_m) <= trial.map.config.keep_m) {
+            return 3u << i;
+        }
+    }
+    return 0;
+}
+
+/// True if beams that pass a hit are dropped while it stands (live.h).
+bool is_refusing(const gpom_map &map, const Beam &beam)
+{
+    return beam.range_m >= kNearSpacings * map.config.keep_m && beam.hit_against < kDoubtedScans &&
+           map.keeper.time_mark >= kOpenTimeMarks;
+}
+
+/// Let the group's beams speak for or against a kept hit of an earlier scan: those that run past
+/// it, or else two that have it between them; a provisional one is gone at once, so only past it.
+void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
+{
+    gpom_map &map = trial.map;
+    Group &group = map.keeper.group;
+    Beam &beam = map.index.beams[slot];
+    const uint32_t passes = passing(trial, witnesses.beside, end_of(beam));
+    if (passes != 0) { // so nothing stands there that would hide what is behind
+        beam.arrived = 0;
+    }
+    if (witnesses.ends != 0) {
+        confirm(map, beam);
+        offer_renewal(map, witnesses.ends, slot);
+        return;
+    }
+    const bool was_provisional = is_provisional(beam);
+    const uint32_t through = passes != 0 || was_provisional
+                                 ? passes
+                                 : pair_around(trial, witnesses.beside, end_of(beam));
+    if (through != 0 && map.config.clear_scans > 0) {
+        const bool gone = contradict(map, slot);
+        group.clearing |= gone && !was_provisional ? through : 0u;
+        group.against |= gone || !is_refusing(map, beam) ? 0u : passes;
+    }
+}
+
+/// Compare a kept hit with the group's beams: those that end at it are known, and, if it stands, at
+/// the depth behind it; one of their own scan has no other say. Not inlined, or the walk would lose
+/// its registers to it.
+[[gnu::noinline]] void compare(const Trial &trial, uint32_t slot)
+{
+    gpom_map &map = trial.map;
+    const Beam &beam = map.index.beams[slot];
+    const Witnesses witnesses = witnesses_of(trial, beam);
+    if (beam.id < map.keeper.scan_first_id) {
+        judge_hit(trial, slot, witnesses);
+    }
+    map.keeper.group.known |= witnesses.ends | (beam.hit == kStanding ? witnesses.ends_in : 0u);
+}
+
+Box box_around(const Group &group, float reach_m)
+{
+    Box box = empty_box();
+    for (uint32_t i = 0; i < group.n; ++i) {
+        const Beam &beam = group.beams[i];
+        const Point end = end_of(beam);
+        box = {lane::min(box.x_min_m, lane::min(beam.x_m, end.x_m)),
+               lane::min(box.y_min_m, lane::min(beam.y_m, end.y_m)),
+               lane::max(box.x_max_m, lane::max(beam.x_m, end.x_m)),
+               lane::max(box.y_max_m, lane::max(beam.y_m, end.y_m))};
+    }
+    return {box.x_min_m - reach_m, box.y_min_m - reach_m, box.x_max_m + reach_m,
+            box.y_max_m + reach_m};
+}
+
+/// How far from the first beam's start others start, or somewhat more.
+float spread_of(const Group &group)
+{
+    float spread_m = 0.0f;
+    for (uint32_t i = 1; i < group.n; ++i) {
+        const float x_m = group.beams[i].x_m - group.beams[0].x_m;
+        const float y_m = group.beams[i].y_m - group.beams[0].y_m;
+        spread_m = lane::max(spread_m, lane::abs(x_m) + lane::abs(y_m));
+    }
+    return spread_m;
+}
+
+/// Fills `lanes`, kVectors of them.
+Trial trial_of(gpom_map &map, BeamLanes *lanes)
+{
+    const Group &group = map.keeper.group;
+    const float keep_m = map.config.keep_m;
+    const Box box = box_around(group, keep_m);
+    const Point sensor = {group.beams[0].x_m, group.beams[0].y_m};
+    const float length_m = lane::max(box.x_max_m - box.x_min_m, box.y_max_m - box.y_min_m);
+    const uint32_t n_vectors = (group.n + kWidth - 1) / kWidth;
+    const bool moves = map.keeper.moves != 0;
+    for (uint32_t v = 0; v < n_vectors; ++v) {
+        lanes[v] = lanes_of(group, v, moves);
+    }
+    const float reach_m = keep_m + (moves ? spread_of(group) : 0.0f) + kRounding * length_m;
+    return {map, box, sensor, moves, reach_m, fan_of(group), lanes, n_vectors};
+}
+
+} // namespace
+
+/// Compare all kept hits near a group's beams with them.
+void judge(gpom_map &map)
+{
+    BeamLanes lanes[kVectors];
+    const Trial trial = trial_of(map, lanes);
+    walk(
+        map.index, map.index.hit_part, map.keeper.hit_stack,
+        [&](const Box &box) { return may_matter(trial, box); },
+        [&](uint32_t slot) {
+            const Beam &beam = map.index.beams[slot];
+            if (!is_past(beam) && may_matter(trial, end_of(beam))) {
+                compare(trial, slot);
+            }
+            return true;
+        });
+}
+
+} // namespace gpom

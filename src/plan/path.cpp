@@ -1,0 +1,324 @@
+#include "gpom/path.h"
+
+#include "src/lane/elementary.hpp"
+#include "src/query/workspace.hpp"
+
+#include <Eigen/Core>
+#include <float.h>
+
+namespace gpom
+{
+namespace
+{
+
+using Vector = Eigen::Vector2d;
+
+constexpr double kPi = 3.1415926535897932;
+/// A sector narrower than this part of the spacing adds nothing to its stretches.
+constexpr double kNarrow = 1e-3;
+
+struct Sample {
+    Vector place_m; ///< Map frame.
+    double arc_m;
+};
+
+/// Part of the swept area that is sampled row by row: a stretch's rectangle (a row lies across it)
+/// or a corner's sector (a row is a ring).
+struct Piece {
+    Vector corner_m;
+    Vector axis;  ///< Rectangle: along the stretch. Sector: its first side.
+    double arc_m; ///< At the corner.
+    double length_m;
+    double sweep_rad; ///< Of a sector, negative: clockwise.
+    bool is_sector;
+    uint32_t n_rows; ///< Steps from the first row to the last.
+};
+
+/// All samples of a path, one after the other.
+struct Walk {
+    const gpom_path_t &path;
+    size_t i_corner, i_next; ///< i_next: the next corner elsewhere, n_points behind the last.
+    Vector in, out;          ///< Unit directions before and after the corner; 0: none.
+    Piece piece;
+    uint32_t row, i_across, n_across;
+    bool is_done;
+};
+
+/// Equal steps of at most spacing_m over length_m; 0 for no length. Saturates: then the path has
+/// too many samples.
+uint32_t step_count(double length_m, double spacing_m)
+{
+    const double steps = length_m / spacing_m;
+    if (!(steps < static_cast<double>(GPOM_PATH_SAMPLES_MAX))) {
+        return GPOM_PATH_SAMPLES_MAX;
+    }
+    const uint32_t whole = static_cast<uint32_t>(steps);
+    return static_cast<double>(whole) < steps ? whole + 1 : whole;
+}
+
+Vector left_of(const Vector &direction) { return {-direction.y(), direction.x()}; }
+
+Vector corner_of(const gpom_path_t &path, size_t i)
+{
+    return {path.points[i].x_m, path.points[i].y_m};
+}
+
+/// The unit direction of `offset`, 0 for none.
+Vector direction_of_offset(const Vector &offset)
+{
+    const double length = offset.norm();
+    return length > 0.0 ? Vector(offset / length) : Vector(0.0, 0.0);
+}
+
+/// Angle from one unit vector to another, -pi .. pi: from the distance of those two, or of one and
+/// the other's opposite, that lie nearer, as a cosine is blind to small angles.
+double turn_between(const Vector &in, const Vector &out)
+{
+    const double side = in.dot(out) < 0.0 ? -1.0 : 1.0;
+    const double half_square = 0.5 * (out - side * in).squaredNorm();
+    const double cross = in.x() * out.y() - in.y() * out.x();
+    const float arc = acute_asin_of_complement(static_cast<float>(half_square));
+    const double angle_rad = 0.5 * kPi - side * static_cast<double>(arc);
+    return cross < 0.0 ? -angle_rad : angle_rad;
+}
+
+/// The sector of the corner: all directions d with d.in >= 0 and d.out <= 0.
+void aim_sector(const Walk &walk, Piece &sector)
+{
+    if (walk.in.isZero(0.0)) { // the half disc behind, or the whole of a path that stands still
+        sector.sweep_rad = walk.out.isZero(0.0) ? 2.0 * kPi : kPi;
+        sector.axis = walk.out.isZero(0.0) ? Vector(1.0, 0.0) : left_of(walk.out);
+        return;
+    }
+    sector.sweep_rad = walk.out.isZero(0.0) ? kPi : turn_between(walk.in, walk.out);
+    sector.axis = sector.sweep_rad < 0.0 ? left_of(walk.in) : Vector(-left_of(walk.in));
+}
+
+bool is_narrow(const Walk &walk, const Piece &sector)
+{
+    const double width_m = walk.path.radius_m * lane::max(sector.sweep_rad, -sector.sweep_rad);
+    return !walk.in.isZero(0.0) && width_m <= kNarrow * walk.path.spacing_m;
+}
+
+void begin_row(Walk &walk)
+{
+    const Piece &piece = walk.piece;
+    double width_m = 2.0 * walk.path.radius_m;
+    if (piece.is_sector) {
+        const double part = piece.n_rows > 0 ? static_cast<double>(walk.row) / piece.n_rows : 0.0;
+        width_m = part * walk.path.radius_m * lane::max(piece.sweep_rad, -piece.sweep_rad);
+    }
+    walk.n_across = step_count(width_m, walk.path.spacing_m);
+    walk.i_across = 0;
+}
+
+/// The corner's sector; false: it is too narrow.
+bool begin_sector(Walk &walk)
+{
+    const gpom_path_t &path = walk.path;
+    walk.i_next = walk.i_corner + 1;
+    const Vector corner_m = corner_of(path, walk.i_corner);
+    while (walk.i_next < path.n_points && corner_of(path, walk.i_next) == corner_m) {
+        ++walk.i_next;
+    }
+    walk.in = walk.out;
+    walk.out = walk.i_next < path.n_points
+                   ? direction_of_offset(corner_of(path, walk.i_next) - corner_m)
+                   : Vector(0.0, 0.0);
+    Piece &sector = walk.piece;
+    sector.arc_m += sector.length_m;
+    sector.length_m = 0.0;
+    sector.corner_m = corner_m;
+    sector.is_sector = true;
+    sector.n_rows = step_count(path.radius_m, path.spacing_m);
+    aim_sector(walk, sector);
+    walk.row = 0;
+    begin_row(walk);
+    return !is_narrow(walk, sector);
+}
+
+/// The stretch from the corner to the next; false: there is none.
+bool begin_stretch(Walk &walk)
+{
+    if (walk.i_next >= walk.path.n_points) {
+        return false;
+    }
+    Piece &stretch = walk.piece;
+    stretch.axis = walk.out;
+    stretch.length_m = (corner_of(walk.path, walk.i_next) - stretch.corner_m).norm();
+    stretch.is_sector = false;
+    stretch.n_rows = step_count(stretch.length_m, walk.path.spacing_m);
+    walk.row = 0;
+    begin_row(walk);
+    return true;
+}
+
+Walk walk_along(const gpom_path_t &path)
+{
+    Walk walk = {path, 0, 0, Vector(0.0, 0.0), Vector(0.0, 0.0), {}, 0, 0, 0, false};
+    walk.piece.length_m = 0.0;
+    walk.piece.arc_m = 0.0;
+    (void)begin_sector(walk); // that of the first corner is never narrow
+    return walk;
+}
+
+Sample sample_at(const Walk &walk)
+{
+    const Piece &piece = walk.piece;
+    const double along = piece.n_rows > 0 ? static_cast<double>(walk.row) / piece.n_rows : 0.0;
+    const double across =
+        walk.n_across > 0 ? static_cast<double>(walk.i_across) / walk.n_across : 0.0;
+    const double radius_m = walk.path.radius_m;
+    if (!piece.is_sector) {
+        const double t_m = along * piece.length_m;
+        const double s_m = (2.0 * across - 1.0) * radius_m;
+        return {piece.corner_m + t_m * piece.axis + s_m * left_of(piece.axis), piece.arc_m + t_m};
+    }
+    const Direction turned = direction_of(across * piece.sweep_rad);
+    const Vector direction = static_cast<double>(turned.x) * piece.axis +
+                             static_cast<double>(turned.y) * left_of(piece.axis);
+    return {piece.corner_m + along * radius_m * direction, piece.arc_m};
+}
+
+void begin_next_piece(Walk &walk)
+{
+    if (walk.piece.is_sector && begin_stretch(walk)) {
+        return;
+    }
+    if (walk.i_next >= walk.path.n_points) {
+        walk.is_done = true;
+        return;
+    }
+    walk.i_corner = walk.i_next;
+    if (!begin_sector(walk)) {
+        (void)begin_stretch(walk); // only a corner with a stretch behind it is narrow
+    }
+}
+
+/// The next sample; false: there is none left.
+bool next_sample(Walk &walk, Sample &sample)
+{
+    if (walk.is_done) {
+        return false;
+    }
+    sample = sample_at(walk);
+    if (++walk.i_across > walk.n_across) {
+        if (++walk.row > walk.piece.n_rows) {
+            begin_next_piece(walk);
+        } else {
+            begin_row(walk);
+        }
+    }
+    return true;
+}
+
+/// Samples of a path, at most; beyond GPOM_PATH_SAMPLES_MAX for a path that is not finite.
+double sample_bound(const gpom_path_t &path)
+{
+    const double across = step_count(2.0 * path.radius_m, path.spacing_m) + 1.0;
+    const double rings = step_count(path.radius_m, path.spacing_m) + 1.0;
+    const double around = step_count(2.0 * kPi * path.radius_m, path.spacing_m) + 2.0;
+    double bound = 2.0 * rings * around;
+    for (size_t i = 1; i < path.n_points; ++i) {
+        const Vector offset = corner_of(path, i) - corner_of(path, i - 1);
+        bound += (step_count(offset.norm(), path.spacing_m) + 1.0) * across + rings * around;
+    }
+    return bound;
+}
+
+bool is_finite(const gpom_point_t &p)
+{
+    return p.x_m >= -DBL_MAX && p.x_m <= DBL_MAX && p.y_m >= -DBL_MAX && p.y_m <= DBL_MAX;
+}
+
+bool is_path(const gpom_path_t &path)
+{
+    if (path.points == nullptr || path.n_points == 0) {
+        return false;
+    }
+    for (size_t i = 0; i < path.n_points; ++i) {
+        if (!is_finite(path.points[i])) {
+            return false;
+        }
+    }
+    return path.radius_m >= 0.0 && path.radius_m <= DBL_MAX && path.spacing_m > 0.0 &&
+           path.spacing_m <= DBL_MAX && path.stop_probability == path.stop_probability &&
+           sample_bound(path) <= static_cast<double>(GPOM_PATH_SAMPLES_MAX);
+}
+
+/// Take the answers of one group, whose samples `walk` gives again, into the result.
+void regard(const PointGroup &group, size_t n, Walk &walk, gpom_path_result_t &result)
+{
+    for (size_t i = 0; i < n && (result.flags & GPOM_PATH_STOPPED) == 0; ++i) {
+        Sample sample;
+        (void)next_sample(walk, sample);
+        const gpom_answer_t &answer = group.answers[i];
+        result.flags |= (answer.flags & GPOM_ANSWER_OUT_OF_REACH) != 0 ? GPOM_PATH_OUT_OF_REACH : 0;
+        result.flags |= (answer.flags & GPOM_ANSWER_PIVOT) != 0 ? GPOM_PATH_PIVOT : 0;
+        result.flags |= (answer.flags & GPOM_ANSWER_CUT) != 0 ? GPOM_PATH_CUT : 0;
+        ++result.n_samples;
+        if (answer.probability > result.probability) {
+            result.x_m = sample.place_m.x();
+            result.y_m = sample.place_m.y();
+            result.arc_m = sample.arc_m;
+            result.probability = answer.probability;
+            result.cls = answer.cls;
+        }
+        result.flags |= answer.probability >= walk.path.stop_probability ? GPOM_PATH_STOPPED : 0;
+    }
+}
+
+/// Fill the group with the next samples; returns how many.
+size_t gather(PointGroup &group, Walk &walk)
+{
+    size_t n = 0;
+    Sample sample;
+    while (n < kGroupSize && next_sample(walk, sample)) {
+        group.points[n++] = {sample.place_m.x(), sample.place_m.y()};
+    }
+    return n;
+}
+
+gpom_status_t status_of(const gpom_path_result_t &result)
+{
+    if ((result.flags & GPOM_PATH_PIVOT) != 0) {
+        return GPOM_ERR_PIVOT;
+    }
+    if ((result.flags & GPOM_PATH_OUT_OF_REACH) != 0) {
+        return GPOM_ERR_REACH;
+    }
+    return (result.flags & GPOM_PATH_CUT) != 0 ? GPOM_ERR_CUT : GPOM_OK;
+}
+
+} // namespace
+} // namespace gpom
+
+gpom_status_t gpom_path_query(const gpom_map_t *map, const gpom_path_t *path,
+                              gpom_path_result_t *result, const gpom_scratch_t *scratch)
+{
+    if (!gpom::is_map(map) || path == nullptr || result == nullptr || scratch == nullptr) {
+        return GPOM_ERR_ARG;
+    }
+    if (!gpom::is_path(*path)) {
+        return GPOM_ERR_ARG;
+    }
+    if (scratch->mem == nullptr || scratch->mem_bytes < gpom_scratch_bytes(map)) {
+        return GPOM_ERR_MEM;
+    }
+    gpom::PointGroup &group = *gpom::carve_group(scratch->mem);
+    gpom::Walk ahead = gpom::walk_along(*path);
+    gpom::Walk behind = ahead; // gives the samples again once their answers are known
+    *result = gpom_path_result_t{};
+    result->probability = -1.0f;
+    size_t n = gpom::gather(group, ahead);
+    while (n > 0 && (result->flags & GPOM_PATH_STOPPED) == 0) {
+        const gpom_status_t status =
+            gpom_query_points(map, group.points, n, group.answers, scratch);
+        if (status == GPOM_ERR_ARG || status == GPOM_ERR_MEM) {
+            return status;
+        }
+        gpom::regard(group, n, behind, *result);
+        n = gpom::gather(group, ahead);
+    }
+    return gpom::status_of(*result);
+}

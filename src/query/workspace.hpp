@@ -1,0 +1,185 @@
+/// \file workspace.hpp
+/// What one query call works with: a packet of queries and arrays for them, carved from the
+/// caller's scratch.
+#pragma once
+
+#include "src/beams/frontier.hpp"
+#include "src/beams/nearest.hpp"
+#include "src/gp/local_gp.hpp"
+#include "src/gp/sparse_gp.hpp"
+#include "src/map/map.hpp"
+
+namespace gpom
+{
+
+constexpr int kLanes = GPOM_LANES;
+using F = lane::Lane<kLanes>::F;
+using I = lane::Lane<kLanes>::I;
+static_assert(kLanes <= static_cast<int>(GPOM_LANES_MAX), "GPOM_SCRATCH_BYTES knows fewer lanes");
+
+/// Up to kLanes queries computed together. Unused lanes repeat the first query.
+struct Packet {
+    Offset<F> at;            ///< Relative to the map's origin.
+    I out_of_reach;          ///< 1: the point was refused; its lane computes the origin instead.
+    size_t i_answer[kLanes]; ///< Where the answers go.
+    int n;                   ///< Queries in the packet.
+};
+
+/// Parts that a frontier has room for: a single query has none.
+constexpr uint32_t kFrontierParts = kLanes > 1 ? kFrontierMax : 0;
+
+/// Points of a list that are put in order at a time.
+constexpr size_t kListBlock = 256;
+
+/// Points of a list in the order of a Z curve (list_order.hpp).
+struct ListOrder {
+    uint16_t codes[kListBlock];  ///< Place of each point on the curve.
+    uint16_t places[kListBlock]; ///< Numbers of the points in the curve's order.
+    uint16_t spare[kListBlock];
+    uint16_t counts[kListBlock];
+};
+
+/// Points that a caller inside the library asks at a time, whatever the lane width.
+constexpr uint32_t kGroupSize = GPOM_LANES_MAX;
+
+struct PointGroup {
+    gpom_point_t points[kGroupSize];
+    gpom_answer_t answers[kGroupSize];
+};
+
+struct Workspace {
+    Packet *packet;
+    Packet *cut; ///< A packet whose search was cut, while its queries are answered one by one.
+    bool is_cut; ///< The last search was cut.
+    bool has_searched;     ///< hits and free hold what was found for queries ...
+    Offset<F> searched_at; ///< ... here.
+    Frontier hit_frontier, free_frontier;
+    ListOrder *order;
+    Subtree *stack;
+    NearestK<F> hits, free;
+    Neighbourhood<F> points;
+    GpWork<F> gp;              ///< Of a dense solve.
+    gpom_sparse_system sparse; ///< Of a sparse one: room for all points.
+};
+
+/// Does the map solve sparse, or dense?
+inline bool is_sparse(const gpom_map &map)
+{
+    const gpom_params_t &params = map.config.params;
+    return GPOM_SPARSE != 0 && params.kernel == GPOM_KERNEL_ASKEY &&
+           static_cast<uint32_t>(params.n_hits) + params.n_free > map.dense_max;
+}
+
+/// Neighbours of one kind to search for, of which n are chosen: more if scans are capped, and one
+/// more where neighbours fade.
+constexpr size_t pool_size(size_t n, const gpom_params_t &params)
+{
+    const size_t n_capped = params.scan_points_max > 0 ? n + n / 2 : n;
+    return params.n_fading > 0 && n_capped == n ? n + 1 : n_capped;
+}
+
+/// How many neighbours a map's queries want, how many they search for, and how they solve.
+struct ScratchNeed {
+    size_t n, n_pool;
+    bool is_sparse;
+};
+
+inline ScratchNeed scratch_need(const gpom_map &map)
+{
+    const gpom_params_t &params = map.config.params;
+    const size_t n = static_cast<size_t>(params.n_hits) + params.n_free;
+    return {n, pool_size(params.n_hits, params) + pool_size(params.n_free, params), is_sparse(map)};
+}
+
+/// Byte offsets behind the group of points that the scratch begins with; lanes first, as they are
+/// the most strictly aligned. What one way to solve needs is empty for the other.
+struct ScratchLayout {
+    size_t points, features, vectors, factor, packets, order, stack, frontier, sparse_points,
+        sparse, total;
+};
+
+constexpr ScratchLayout scratch_layout(const ScratchNeed &need)
+{
+    const size_t n_padded = kTile * tile_count(need.n);
+    const size_t n_dense = need.is_sparse ? 0 : n_padded;
+    const size_t n_sparse = need.is_sparse ? need.n : 0;
+    ScratchLayout layout = {};
+    layout.points = need.n_pool * sizeof(Found<F>);
+    layout.features = layout.points + 4 * n_padded * sizeof(F);
+    layout.vectors = layout.features + n_dense * sizeof(Feature<F>); // u and v
+    layout.factor = layout.vectors + 2 * n_dense * sizeof(F);
+    layout.packets = align8(layout.factor + panel_at(tile_count(n_dense)) * sizeof(F));
+    layout.order = layout.packets + (kLanes > 1 ? 2 : 1) * align8(sizeof(Packet));
+    layout.stack = layout.order + (kLanes > 1 ? align8(sizeof(ListOrder)) : 0);
+    layout.frontier = layout.stack + (kFrontierParts + kDepthMax) * sizeof(Subtree);
+    layout.sparse_points = align8(layout.frontier + 2 * kFrontierParts * sizeof(Subtree));
+    layout.sparse = layout.sparse_points + n_sparse * sizeof(gpom_sparse_point);
+    layout.total = layout.sparse + (need.is_sparse ? gpom_sparse_bytes(n_sparse) : 0);
+    return layout;
+}
+
+/// The strictest alignment of what lies in the scratch.
+constexpr size_t kScratchAlignment = sizeof(F) > 8 ? sizeof(F) : 8;
+
+/// With the group and what the starts of both may lose to alignment.
+constexpr size_t scratch_bytes(const ScratchNeed &need)
+{
+    return 7 + sizeof(PointGroup) + kScratchAlignment - 1 + scratch_layout(need).total;
+}
+
+/// Room for n neighbours out of twice as many.
+constexpr bool is_enough_scratch(size_t n)
+{
+    return scratch_bytes({n, 2 * n, n > GPOM_POINTS_MAX}) <= GPOM_SCRATCH_BYTES(n, kLanes);
+}
+
+static_assert(is_enough_scratch(2) && is_enough_scratch(5) && is_enough_scratch(16) &&
+                  is_enough_scratch(GPOM_POINTS_MAX) && is_enough_scratch(GPOM_POINTS_MAX + 1) &&
+                  is_enough_scratch(GPOM_SPARSE_POINTS_MAX),
+              "public macro too small");
+
+inline void *align_pointer(void *mem, size_t alignment)
+{
+    return reinterpret_cast<void *>(align_up(reinterpret_cast<uintptr_t>(mem), alignment));
+}
+
+/// A group of points at the start of the scratch, which queries leave alone: the same place
+/// whatever the width of their lanes.
+inline PointGroup *carve_group(void *scratch)
+{
+    return static_cast<PointGroup *>(align_pointer(scratch, 8));
+}
+
+inline Workspace carve_workspace(const gpom_map &map, void *scratch)
+{
+    const gpom_params_t &params = map.config.params;
+    const ScratchNeed need = scratch_need(map);
+    const size_t n_pool_hits = pool_size(params.n_hits, params);
+    const ScratchLayout layout = scratch_layout(need);
+    void *const mem = align_pointer(carve_group(scratch) + 1, kScratchAlignment);
+    const size_t n_padded = kTile * tile_count(need.n);
+    F *const xynw = carve<F>(mem, layout.points);
+    F *const uv = carve<F>(mem, layout.vectors);
+    Workspace work = {};
+    work.packet = carve<Packet>(mem, layout.packets);
+    work.cut = work.packet + 1;
+    work.order = carve<ListOrder>(mem, layout.order);
+    work.stack = carve<Subtree>(mem, layout.stack);
+    Subtree *const parts = carve<Subtree>(mem, layout.frontier);
+    work.hit_frontier = {parts, 0, 0.0f, empty_box()};
+    work.free_frontier = {parts + kFrontierParts, 0, 0.0f, empty_box()};
+    Found<F> *const found = carve<Found<F>>(mem, 0);
+    work.hits = {found, static_cast<uint32_t>(n_pool_hits), 0};
+    work.free = {found + n_pool_hits, static_cast<uint32_t>(need.n_pool - n_pool_hits), 0};
+    work.points = {xynw,          xynw + n_padded, xynw + 2 * n_padded, xynw + 3 * n_padded,
+                   params.n_hits, params.n_free};
+    work.gp.features = carve<Feature<F>>(mem, layout.features);
+    work.gp.u = uv;
+    work.gp.v = uv + n_padded;
+    work.gp.factor = {carve<F>(mem, layout.factor), F{}};
+    work.sparse = {carve<gpom_sparse_point>(mem, layout.sparse_points), need.n,
+                   carve<void *>(mem, layout.sparse)};
+    return work;
+}
+
+} // namespace gpom

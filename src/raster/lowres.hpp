@@ -1,0 +1,302 @@
+/// \file lowres.hpp
+/// The low-resolution map (lowres.h): two rasters of cells, the marks on them and the order of
+/// work.
+///
+/// One thread, the one that changes the map, calls everything here but `copy_layer` and
+/// `read_info`, which may run beside it. What they read is atomic word by word: cells, and per
+/// layer a copy of its window under the counter, which is odd while a window changes. Every store
+/// of the writer is a release and every load of a reader an acquire: a reader that sees any store
+/// made after the counter became odd also sees the odd counter, so that no fence is needed.
+#pragma once
+
+#include "gpom/lowres.h"
+#include "src/beams/beam.hpp"
+
+#include <stddef.h>
+
+namespace gpom
+{
+
+constexpr uint32_t kLayers = 2;
+
+/// value: probability in bits 0 .. 15, variance in 16 .. 23, class in 24 .. 25, then kDirty and
+/// kOutside.
+struct Cell {
+    uint32_t value;
+    uint32_t stamp_ms;
+};
+static_assert(sizeof(Cell) == 8, "GPOM_MAP_BYTES counts on it");
+
+constexpr uint32_t kDirty = UINT32_C(1) << 26;
+/// Not in the band of the focus layer: never marked, never evaluated.
+constexpr uint32_t kOutside = UINT32_C(1) << 27;
+
+/// A rectangle of numbered cells. Cell (ix, iy) has its centre at (x0_m + (ix + 0.5) cell_m, ...);
+/// ix0 <= ix < ix0 + nx. It is kept at column ix modulo nx and row iy modulo ny, so that cells stay
+/// where they are while the window moves.
+struct Window {
+    double x0_m, y0_m; ///< Map frame.
+    double cell_m;
+    int32_t ix0, iy0;
+    uint32_t nx, ny; ///< 0: there are no cells.
+};
+
+/// What belongs together in a copy.
+struct Published {
+    Window window;
+    int64_t stamp0_us;
+    uint32_t frame_epoch;
+    uint32_t reserved;
+};
+constexpr size_t kPublishedWords = sizeof(Published) / sizeof(uint32_t);
+
+struct Layer {
+    Cell *cells;
+    uint32_t cell_max;
+    uint32_t n_dirty; ///< Atomic.
+    uint32_t cursor;  ///< Next place of the round over dirty cells.
+    uint32_t refresh; ///< Next place of the round over all cells ...
+    uint32_t n_stale; ///< ... and how many places of it are left.
+    Window window;
+    uint32_t published[kPublishedWords]; ///< Atomic: a Published.
+};
+
+/// A place in the spiral around the robot's cell.
+struct Spiral {
+    uint32_t ring; ///< Chebyshev distance [cells].
+    uint32_t i;    ///< 0 .. 8 ring - 1; 0 in ring 0.
+};
+
+struct Lowres {
+    Layer layers[kLayers];
+    double origin_x_m, origin_y_m; ///< Map frame: what coordinates of beams are relative to.
+    int64_t stamp0_us;
+    float reach_m;
+    float unknown_variance; ///< A greater one has class unknown.
+    float prior_variance;
+    uint32_t unknown_value; ///< Cell::value of a cell never evaluated, without flags.
+    uint32_t counter;       ///< Atomic: odd while a window changes.
+    uint32_t map_sequence;  ///< Atomic.
+    uint32_t newest_ms;     ///< Atomic.
+    uint32_t frame_epoch;
+    int32_t robot_ix, robot_iy; ///< Cell of the coarse layer, also beyond its window.
+    Spiral near;
+    uint8_t turn; ///< Groups evaluated, modulo 8.
+    uint8_t is_rolling;
+    uint8_t has_stamp0;
+};
+
+/// Greatest cell number; float64 tells neighbouring cells apart far beyond it.
+constexpr double kCellNumberMax = 1e9;
+
+/// However large, cells about the map frame's zero are four.
+constexpr uint32_t kFocusCellsMin = 4;
+
+/// Cells of both layers.
+constexpr uint64_t lowres_cell_count(const gpom_config_t &config)
+{
+    return uint64_t{config.lowres_nx} * config.lowres_ny + config.focus_cell_max;
+}
+
+/// Make both layers in `cells`, lowres_cell_count() of them: all unknown and dirty, no focus.
+void lowres_init(Lowres &lowres, const gpom_config_t &config, Cell *cells);
+
+/// All cells unknown and dirty; the focus stays.
+void lowres_clear(Lowres &lowres);
+
+/// Where coordinates of beams and stamps count from.
+struct Anchor {
+    double origin_x_m, origin_y_m;
+    int64_t stamp0_us;
+    uint32_t frame_epoch;
+};
+
+/// The map got other beams: every cell is unknown and dirty; epochs go on from the greater.
+/// has_scans  false: the first scan that comes sets the first stamp.
+void lowres_restore(Lowres &lowres, const Anchor &anchor, bool has_scans);
+
+/// Whole milliseconds from stamp0_us on, held within 32 bits (49 days).
+uint32_t milliseconds_since(int64_t stamp0_us, int64_t stamp_us);
+
+/// A scan this much older than the newest is not late: the clock was ahead.
+constexpr uint32_t kSetBack_ms = 60000;
+
+/// The same time, counted from elsewhere, held within 32 bits. One of the two is 0.
+struct StampShift {
+    uint32_t more_ms, less_ms;
+
+    uint32_t operator()(uint32_t stamp_ms) const;
+};
+
+/// Let stamps count from stamp0_us on; cells never evaluated stay at 0.
+void lowres_move_stamp0(Lowres &lowres, int64_t stamp0_us, const StampShift &shift);
+
+/// A scan was taken with the robot there (relative to the map's origin): the window moves, the
+/// spiral begins anew, stamp and map_sequence go on.
+void lowres_follow(Lowres &lowres, Point robot, int64_t stamp_us);
+
+/// The map changed without a scan.
+inline void lowres_count_change(Lowres &lowres)
+{
+    __atomic_store_n(&lowres.map_sequence, lowres.map_sequence + 1, __ATOMIC_RELEASE);
+}
+
+/// Mark the cells whose centre is within reach_m of a beam that came or went: from its sensor to
+/// its hit, relative to the map's origin; about its ends some within sqrt(2) reach_m, too, and for
+/// rounding those at most 4e-6 farther of the distance that beam and raster span together.
+/// O(rows that it crosses + cells in reach).
+void lowres_mark_segment(Lowres &lowres, Point from, Point to, float reach_m);
+
+/// Mark the cells whose centre lies in a box, widened by reach_m.
+void lowres_mark_box(Lowres &lowres, Point low, Point high, float reach_m);
+
+void lowres_mark_all(Lowres &lowres);
+
+/// The map's origin moved by (dx_m, dy_m). The map frame, and with it every cell, stays; what beams
+/// say of it was rounded anew, so that all cells will be evaluated once more.
+void lowres_rebase(Lowres &lowres, double dx_m, double dy_m);
+
+/// The map frame jumped: the next epoch, visible to readers, with the cells as they were or, if
+/// `clears`, at the same moment all unknown and dirty.
+void lowres_start_epoch(Lowres &lowres, bool clears);
+
+/// Evaluate cells in the order of lowres.h. Returns the operations used, never more than `budget`.
+/// The scratch is that of a query; it must be large enough.
+uint64_t lowres_step(gpom_map &map, const gpom_scratch_t &scratch, uint64_t budget);
+
+/// Quantise an answer (lowres.h, gpom_cell_t); no flags.
+uint32_t lowres_value(const Lowres &lowres, const gpom_answer_t &answer);
+
+inline uint32_t class_of_value(uint32_t value) { return value >> 24 & 3; }
+
+// ---- shared by the files of this module --------------------------------------------------------
+
+inline uint32_t load(const uint32_t &word) { return __atomic_load_n(&word, __ATOMIC_ACQUIRE); }
+inline void store(uint32_t &word, uint32_t value)
+{
+    __atomic_store_n(&word, value, __ATOMIC_RELEASE);
+}
+
+/// i modulo n, 0 .. n - 1 for negative i, too.
+inline uint32_t wrap_index(int32_t i, uint32_t n)
+{
+    const int32_t rest = i % static_cast<int32_t>(n);
+    return static_cast<uint32_t>(rest < 0 ? rest + static_cast<int32_t>(n) : rest);
+}
+
+inline bool contains(const Window &w, int32_t ix, int32_t iy)
+{
+    const int64_t kx = int64_t{ix} - w.ix0;
+    const int64_t ky = int64_t{iy} - w.iy0;
+    return kx >= 0 && kx < w.nx && ky >= 0 && ky < w.ny;
+}
+
+/// Where a cell of the window is kept.
+inline uint32_t slot_of(const Window &w, int32_t ix, int32_t iy)
+{
+    return wrap_index(iy, w.ny) * w.nx + wrap_index(ix, w.nx);
+}
+
+inline uint32_t cell_count(const Window &w) { return w.nx * w.ny; }
+
+/// Number of the cell that contains a coordinate, saturating far beyond any window.
+int32_t cell_number(double x_m, double x0_m, double cell_m);
+
+/// Places of a round: the cells in tiles of 4 x 4 slots, so that a group's cells share their
+/// search; those of the last tiles may lie beyond the raster.
+constexpr uint32_t kTileSide = 4;
+inline uint32_t tiles_along(uint32_t n) { return (n + kTileSide - 1) / kTileSide; }
+inline uint32_t place_count(const Window &w)
+{
+    return tiles_along(w.nx) * tiles_along(w.ny) * kTileSide * kTileSide;
+}
+
+inline bool has_dirty_cells(const Lowres &lowres)
+{
+    return load(lowres.layers[GPOM_LAYER_COARSE].n_dirty) > 0 ||
+           load(lowres.layers[GPOM_LAYER_FOCUS].n_dirty) > 0;
+}
+
+/// Begin and end a change of windows: readers retry what overlaps it.
+void begin_change(Lowres &lowres);
+void end_change(Lowres &lowres);
+
+/// Columns or rows of a window from its corner: [first, end).
+struct Span {
+    uint32_t first, end;
+};
+
+/// The cells near a stretch, in cells from the window's corner: a strip along it, cut to the box
+/// that bounds all within its radius. That is all cells within the radius, and about the ends some
+/// within sqrt(2) radii. Columns of row v: |u - (offset + slope v)| <= half_width.
+struct Strip {
+    float u_min, u_max, v_min, v_max;
+    float offset, slope, half_width;
+};
+
+Strip strip_of(const Lowres &lowres, const Window &w, Point from, Point to, float radius_m);
+
+/// Numbers of the n cells whose centres k + 0.5 lie in [low, high].
+inline Span centres_between(float low, float high, uint32_t n)
+{
+    const float n_cells = static_cast<float>(n);
+    uint32_t first = 0;
+    if (low > 0.5f) {
+        first = low < n_cells ? static_cast<uint32_t>(low - 0.5f) : n;
+        first += first < n && static_cast<float>(first) + 0.5f < low ? 1u : 0u;
+    }
+    uint32_t end = 0;
+    if (high >= 0.5f) {
+        end = high < n_cells ? static_cast<uint32_t>(high - 0.5f) + 1 : n;
+    }
+    return {first, end > first ? end : first};
+}
+
+/// Columns of row ky in a strip.
+inline Span columns_of(const Strip &strip, uint32_t ky, uint32_t nx)
+{
+    const float middle = strip.offset + strip.slope * (static_cast<float>(ky) + 0.5f);
+    const float low = middle - strip.half_width;
+    const float high = middle + strip.half_width;
+    return centres_between(low > strip.u_min ? low : strip.u_min,
+                           high < strip.u_max ? high : strip.u_max, nx);
+}
+
+/// Call visit(cell) for the given columns of each of the given rows.
+template <class Columns, class Visit>
+inline void for_cells(Cell *cells, const Window &w, Span rows, Columns columns_of_row, Visit visit)
+{
+    if (w.nx == 0) {
+        return;
+    }
+    const uint32_t row0 = wrap_index(w.iy0, w.ny);
+    const uint32_t column0 = wrap_index(w.ix0, w.nx);
+    for (uint32_t ky = rows.first; ky < rows.end; ++ky) {
+        const Span columns = columns_of_row(ky);
+        const uint32_t row = row0 + ky < w.ny ? row0 + ky : row0 + ky - w.ny;
+        uint32_t column = column0 + columns.first;
+        column = column < w.nx ? column : column - w.nx;
+        Cell *const first = cells + static_cast<size_t>(row) * w.nx;
+        for (uint32_t kx = columns.first; kx < columns.end; ++kx) {
+            visit(first[column]);
+            column = column + 1 == w.nx ? 0 : column + 1;
+        }
+    }
+}
+
+/// The cells of a strip.
+template <class Visit> inline void for_strip(Layer &layer, const Strip &strip, Visit visit)
+{
+    const Window &w = layer.window;
+    for_cells(
+        layer.cells, w, centres_between(strip.v_min, strip.v_max, w.ny),
+        [&strip, &w](uint32_t ky) { return columns_of(strip, ky, w.nx); }, visit);
+}
+
+/// The round over all cells begins anew: something changed.
+void start_round(Layer &layer);
+
+/// A cell becomes unknown and dirty, or outside.
+void reset_cell(const Lowres &lowres, Layer &layer, uint32_t slot, bool is_outside);
+
+} // namespace gpom

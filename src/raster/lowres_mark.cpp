@@ -1,0 +1,110 @@
+// Which cells a change of the map can reach.
+#include "src/map/map.hpp"
+
+#include <float.h>
+
+namespace gpom
+{
+namespace
+{
+
+/// Rounding of a strip's coordinates, in parts of their size.
+constexpr float kRounding = 1e-6f;
+/// A stretch that rises less than this many cells is level.
+constexpr float kLevel = 1e-3f;
+
+float cells_from_corner(double origin_m, float offset_m, double corner_m, double cell_m)
+{
+    return static_cast<float>((origin_m - corner_m + static_cast<double>(offset_m)) / cell_m);
+}
+
+void mark(Cell &cell, uint32_t &n_marked)
+{
+    const uint32_t value = load(cell.value);
+    if ((value & (kDirty | kOutside)) == 0) {
+        store(cell.value, value | kDirty);
+        ++n_marked;
+    }
+}
+
+/// After marks in a layer: the round over all cells begins anew.
+void count_marks(Layer &layer, uint32_t n_marked)
+{
+    store(layer.n_dirty, load(layer.n_dirty) + n_marked);
+    start_round(layer);
+}
+
+} // namespace
+
+Strip strip_of(const Lowres &lowres, const Window &w, Point from, Point to, float radius_m)
+{
+    const double corner_x_m = w.x0_m + w.ix0 * w.cell_m;
+    const double corner_y_m = w.y0_m + w.iy0 * w.cell_m;
+    const float u0 = cells_from_corner(lowres.origin_x_m, from.x_m, corner_x_m, w.cell_m);
+    const float v0 = cells_from_corner(lowres.origin_y_m, from.y_m, corner_y_m, w.cell_m);
+    const float u1 = cells_from_corner(lowres.origin_x_m, to.x_m, corner_x_m, w.cell_m);
+    const float v1 = cells_from_corner(lowres.origin_y_m, to.y_m, corner_y_m, w.cell_m);
+    const float size = lane::abs(u0) + lane::abs(v0) + lane::abs(u1) + lane::abs(v1) +
+                       static_cast<float>(w.nx) + static_cast<float>(w.ny);
+    const float radius = radius_m / static_cast<float>(w.cell_m) + kRounding * size;
+    const float du = u1 - u0;
+    const float dv = v1 - v0;
+    Strip strip = {lane::min(u0, u1) - radius,
+                   lane::max(u0, u1) + radius,
+                   lane::min(v0, v1) - radius,
+                   lane::max(v0, v1) + radius,
+                   0.0f,
+                   0.0f,
+                   FLT_MAX};
+    if (lane::abs(dv) > kLevel) { // else the box alone is near enough
+        strip.slope = du / dv;
+        strip.offset = u0 - strip.slope * v0;
+        const float steepness = lane::abs(strip.slope);
+        strip.half_width = radius * lane::sqrt(1.0f + steepness * steepness) +
+                           kRounding * size * (1.0f + steepness);
+    }
+    return strip;
+}
+
+void lowres_mark_segment(Lowres &lowres, Point from, Point to, float reach_m)
+{
+    for (Layer &layer : lowres.layers) {
+        uint32_t n_marked = 0;
+        if (layer.window.nx > 0) {
+            for_strip(layer, strip_of(lowres, layer.window, from, to, reach_m),
+                      [&n_marked](Cell &cell) { mark(cell, n_marked); });
+        }
+        count_marks(layer, n_marked);
+    }
+    lowres.near = {0, 0};
+}
+
+void lowres_mark_box(Lowres &lowres, Point low, Point high, float reach_m)
+{
+    for (Layer &layer : lowres.layers) {
+        const Window &w = layer.window;
+        const Strip box = strip_of(lowres, w, low, high, reach_m);
+        const Span columns = centres_between(box.u_min, box.u_max, w.nx);
+        uint32_t n_marked = 0;
+        for_cells(
+            layer.cells, w, centres_between(box.v_min, box.v_max, w.ny),
+            [&columns](uint32_t) { return columns; },
+            [&n_marked](Cell &cell) { mark(cell, n_marked); });
+        count_marks(layer, n_marked);
+    }
+    lowres.near = {0, 0};
+}
+
+void lowres_mark_all(Lowres &lowres)
+{
+    for (Layer &layer : lowres.layers) {
+        uint32_t n_marked = 0;
+        for (uint32_t slot = 0; slot < cell_count(layer.window); ++slot) {
+            mark(layer.cells[slot], n_marked);
+        }
+        count_marks(layer, n_marked);
+    }
+    lowres.near = {0, 0};
+}
+
+} // namespace gpom

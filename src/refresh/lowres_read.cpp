@@ -1,0 +1,144 @@
+// Reading the low-resolution map, from its own thread or beside it.
+#include "src/map/map.hpp"
+
+#include <string.h>
+
+namespace gpom
+{
+namespace
+{
+
+/// False: a window is changing.
+bool begin_read(const Lowres &lowres, uint32_t &counter)
+{
+    counter = load(lowres.counter);
+    return counter % 2 == 0;
+}
+
+/// True: no window changed since begin_read().
+bool end_read(const Lowres &lowres, uint32_t counter) { return load(lowres.counter) == counter; }
+
+/// To be trusted only if end_read() confirms it.
+gpom_lowres_info_t read_info(const Lowres &lowres, const Layer &layer, Window &window)
+{
+    uint32_t words[kPublishedWords];
+    for (size_t i = 0; i < kPublishedWords; ++i) {
+        words[i] = load(layer.published[i]);
+    }
+    Published published;
+    memcpy(&published, words, sizeof published);
+    window = published.window;
+    gpom_lowres_info_t info = {};
+    info.raster = {window.x0_m + window.ix0 * window.cell_m,
+                   window.y0_m + window.iy0 * window.cell_m, window.cell_m, window.nx, window.ny};
+    info.stamp0_us = published.stamp0_us;
+    info.frame_epoch = published.frame_epoch;
+    info.newest_ms = load(lowres.newest_ms);
+    info.map_sequence = load(lowres.map_sequence);
+    info.n_dirty = load(layer.n_dirty);
+    return info;
+}
+
+/// The stamp is read before the value, as it is written after it: it is never newer.
+gpom_cell_t read_cell(const Cell &cell)
+{
+    const uint32_t stamp_ms = load(cell.stamp_ms);
+    const uint32_t value = load(cell.value);
+    return {static_cast<uint16_t>(value & 0xffff), static_cast<uint8_t>(value >> 16 & 0xff),
+            static_cast<uint8_t>(class_of_value(value)), stamp_ms};
+}
+
+void copy_cells(const Layer &layer, const Window &w, gpom_cell_t *cells)
+{
+    const Span columns = {0, w.nx};
+    for_cells(
+        layer.cells, w, {0, w.ny}, [&columns](uint32_t) { return columns; },
+        [&cells](const Cell &cell) { *cells++ = read_cell(cell); });
+}
+
+bool is_layer(uint32_t layer) { return layer == GPOM_LAYER_COARSE || layer == GPOM_LAYER_FOCUS; }
+
+} // namespace
+} // namespace gpom
+
+gpom_status_t gpom_lowres_info(const gpom_map_t *map, uint32_t layer, gpom_lowres_info_t *info)
+{
+    if (!gpom::is_map(map) || !gpom::is_layer(layer) || info == nullptr) {
+        return GPOM_ERR_ARG;
+    }
+    const gpom::Lowres &lowres = map->lowres;
+    for (uint32_t i = 0; i < GPOM_LOWRES_TRIES; ++i) {
+        uint32_t counter;
+        gpom::Window window;
+        if (!gpom::begin_read(lowres, counter)) {
+            continue;
+        }
+        *info = gpom::read_info(lowres, lowres.layers[layer], window);
+        if (gpom::end_read(lowres, counter)) {
+            return GPOM_OK;
+        }
+    }
+    return GPOM_ERR_BUSY;
+}
+
+gpom_status_t gpom_lowres_copy(const gpom_map_t *map, uint32_t layer, gpom_cell_t *cells,
+                               uint32_t cell_max, gpom_lowres_info_t *info)
+{
+    if (!gpom::is_map(map) || !gpom::is_layer(layer) || cells == nullptr || info == nullptr) {
+        return GPOM_ERR_ARG;
+    }
+    const gpom::Lowres &lowres = map->lowres;
+    for (uint32_t i = 0; i < GPOM_LOWRES_TRIES; ++i) {
+        uint32_t counter;
+        gpom::Window window;
+        if (!gpom::begin_read(lowres, counter)) {
+            continue;
+        }
+        *info = gpom::read_info(lowres, lowres.layers[layer], window);
+        if (!gpom::end_read(lowres, counter)) {
+            continue; // the window may be half of one, half of another
+        }
+        if (gpom::cell_count(window) > cell_max) {
+            return GPOM_ERR_MEM;
+        }
+        gpom::copy_cells(lowres.layers[layer], window, cells);
+        if (gpom::end_read(lowres, counter)) {
+            return GPOM_OK;
+        }
+    }
+    return GPOM_ERR_BUSY;
+}
+
+gpom_status_t gpom_lowres_cell(const gpom_map_t *map, uint32_t layer, uint32_t ix, uint32_t iy,
+                               gpom_cell_t *cell)
+{
+    if (!gpom::is_map(map) || !gpom::is_layer(layer) || cell == nullptr) {
+        return GPOM_ERR_ARG;
+    }
+    const gpom::Layer &raster = map->lowres.layers[layer];
+    const gpom::Window &w = raster.window;
+    if (ix >= w.nx || iy >= w.ny) {
+        return GPOM_ERR_ARG;
+    }
+    const uint32_t slot =
+        gpom::slot_of(w, w.ix0 + static_cast<int32_t>(ix), w.iy0 + static_cast<int32_t>(iy));
+    *cell = gpom::read_cell(raster.cells[slot]);
+    return GPOM_OK;
+}
+
+gpom_status_t gpom_lowres_at(const gpom_map_t *map, uint32_t layer, const gpom_point_t *point,
+                             gpom_cell_t *cell)
+{
+    if (!gpom::is_map(map) || !gpom::is_layer(layer) || point == nullptr || cell == nullptr) {
+        return GPOM_ERR_ARG;
+    }
+    const gpom::Layer &raster = map->lowres.layers[layer];
+    const gpom::Window &w = raster.window;
+    const int32_t ix = gpom::cell_number(point->x_m, w.x0_m, w.cell_m);
+    const int32_t iy = gpom::cell_number(point->y_m, w.y0_m, w.cell_m);
+    if (!gpom::contains(w, ix, iy)) {
+        return GPOM_ERR_REACH;
+    }
+    *cell = gpom::read_cell(raster.cells[gpom::slot_of(w, ix, iy)]);
+    return GPOM_OK;
+}

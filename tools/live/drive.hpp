@@ -1,0 +1,47 @@
+// Long simulated drives: what a live map costs on its way.
+#ifndef GPOM_TOOLS_LIVE_DRIVE_HPP
+#define GPOM_TOOLS_LIVE_DRIVE_HPP
+
+#include "tools/map/host_map.hpp"
+#include "tools/sim/street.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <functional>
+
+namespace gpom_tools
+{
+
+/// A robot that goes round and round a town, ten scans a second.
+struct DriveConfig {
+    StreetConfig town; ///< n_scans is the length of the drive.
+    LiveConfig live;
+    gpom_params_t params;
+    double cell_m = 0.5;            ///< Of a low-resolution map that follows the robot,
+    std::uint16_t n_cells_side = 0; ///< a square of so many cells a side; 0: there is none.
+};
+
+/// 180 beams, 0.4 m from scan to scan, in a town of 300 m x 200 m; a map of 20,000 beams.
+DriveConfig default_drive();
+
+/// Throws std::runtime_error if the drive has no scans, or over 10 million.
+void check_length(const DriveConfig &drive);
+
+/// Visit the scans of a drive one by one; visit() tells whether to go on.
+void for_each_scan(const DriveConfig &drive, const std::function<bool(const Scan &)> &visit);
+
+/// Memory, work and query cost from start to end, in tenths of the drive.
+nlohmann::ordered_json drive_report(const DriveConfig &drive);
+
+/// Times of scans once so many beams are kept, over several runs of the same drive.
+struct InsertBench {
+    DriveConfig drive;
+    std::size_t n_kept = 20000;
+    std::size_t n_scans = 2000;
+    std::size_t n_runs = 5;
+};
+nlohmann::ordered_json insert_report(const InsertBench &bench);
+
+} // namespace gpom_tools
+
+#endif
