@@ -26,10 +26,10 @@ template <class F> struct Offset {
 
 /// What each lane found at one rank.
 template <class F> struct Found {
-    using I = lane::IntOf<F>;
+    using Ints = lane::IntOf<F>;
     F d2;
-    I id;
-    I slot; ///< Its beam's index in the store, or -1.
+    Ints id;
+    Ints slot; ///< Its beam's index in the store, or -1.
 
     /// True where this ranks before the other.
     auto operator<(const Found &other) const
@@ -44,8 +44,8 @@ template <class F> struct Found {
 
 template <class F> inline Found<F> nothing_found()
 {
-    using I = lane::IntOf<F>;
-    return {lane::splat<F>(kNoDistance2), lane::splat_int<I>(kNoId), lane::splat_int<I>(-1)};
+    using Ints = lane::IntOf<F>;
+    return {lane::splat<F>(kNoDistance2), lane::splat_int<Ints>(kNoId), lane::splat_int<Ints>(-1)};
 }
 
 template <class M, class F> inline Found<F> select(M mask, const Found<F> &a, const Found<F> &b)
@@ -229,11 +229,11 @@ struct Listed {
 template <class Part, class F>
 inline void offer_at(NearestK<F> &nearest, F d2, const Listed &listed)
 {
-    using I = lane::IntOf<F>;
+    using Ints = lane::IntOf<F>;
     const Beam &beam = listed.beams[listed.slot];
     if (Part::is_seen(beam) && listed.ids.has(beam.id)) {
-        nearest.offer({d2, lane::splat_int<I>(static_cast<int32_t>(beam.id)),
-                       lane::splat_int<I>(static_cast<int32_t>(listed.slot))});
+        nearest.offer({d2, lane::splat_int<Ints>(static_cast<int32_t>(beam.id)),
+                       lane::splat_int<Ints>(static_cast<int32_t>(listed.slot))});
     }
 }
 

@@ -1,7 +1,7 @@
 #include "src/insert/known_free.hpp"
 
-#include "src/insert/keep.hpp"
 #include "src/map/map.hpp"
+#include "src/map/store.hpp"
 
 namespace gpom
 {

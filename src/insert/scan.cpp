@@ -1,7 +1,8 @@
 #include "gpom/scan.h"
 
-#include "src/insert/origin.hpp"
+#include "src/insert/keep.hpp"
 #include "src/map/map.hpp"
+#include "src/map/origin.hpp"
 #include "src/map/se2.hpp"
 
 #include <float.h>

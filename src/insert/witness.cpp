@@ -1,8 +1,9 @@
 #include "src/insert/witness.hpp"
 
 #include "src/insert/known_free.hpp"
+#include "src/lane/width.hpp"
 #include "src/map/map.hpp"
-#include "src/query/workspace.hpp"
+#include "src/map/store.hpp"
 
 namespace gpom
 {
@@ -46,6 +47,7 @@ struct Fan {
 /// One group under judgement.
 struct Trial {
     gpom_map &map;
+    Judgement &judgement;
     Box box;       ///< Around all its beams, keep_m wider.
     Point sensor;  ///< Where the first starts; if it moves, others start elsewhere.
     bool moves;    ///< The sensor, from beam to beam.
@@ -217,16 +219,6 @@ Witnesses witnesses_of(const Trial &trial, const Beam &beam)
     return {all.ends & group.returned, all.ends_in & group.returned, all.beside & group.sure};
 }
 
-/// Set a hit's count, and tell the low-resolution map if that changes its noise.
-void set_agreed(gpom_map &map, Beam &beam, uint32_t agreed)
-{
-    const float sn2 = sn2_of(map.noise, beam, map.index.hit_part);
-    beam.agreed = agreed & kAgreedMax;
-    if (sn2_of(map.noise, beam, map.index.hit_part) != sn2) {
-        mark_hit(map, beam);
-    }
-}
-
 /// A scan saw the hit again: one count more if at another time, and whoever saw through it erred.
 /// One that is provisional goes on waiting if the time is its own. One that arrived takes the place
 /// from the free segments when it ceases to be provisional, and again with its last count needed.
@@ -241,12 +233,9 @@ void confirm(gpom_map &map, Beam &beam)
     const bool is_counted = !was_provisional && beam.agreed < kAgreedMax &&
                             !(beam.hit_against == 0 && beam.hit_time == time);
     set_agreed(map, beam, beam.agreed + (is_counted ? 1u : 0u));
-    beam.hit = kStanding;
+    make_standing(map, beam);
     beam.hit_against = 0;
     beam.hit_time = time & kTimeMarkMask;
-    if (was_provisional) {
-        mark_beam(map, beam);
-    }
     if (beam.arrived != 0 && (was_provisional || (is_counted && beam.agreed == kArrivedCounts))) {
         clear_free(map, beam);
     }
@@ -254,12 +243,11 @@ void confirm(gpom_map &map, Beam &beam)
 
 /// Let beams that end at a hit stand for it should it have no free segment; one that ends at
 /// several stands for the oldest.
-void offer_renewal(gpom_map &map, uint32_t ends, uint32_t slot)
+void offer_renewal(const Trial &trial, uint32_t ends, uint32_t slot)
 {
-    Group &group = map.keeper.group;
-    const Beam *const beams = map.index.beams;
+    const Beam *const beams = trial.map.index.beams;
     for (uint32_t left = ends; left != 0; left &= left - 1) {
-        uint32_t &oldest = group.renews[__builtin_ctz(left)];
+        uint32_t &oldest = trial.judgement.renews[__builtin_ctz(left)];
         if (oldest == kNoSlot || beams[slot].id < beams[oldest].id) {
             oldest = slot;
         }
@@ -274,8 +262,7 @@ bool contradict(gpom_map &map, uint32_t slot)
 {
     Beam &beam = map.index.beams[slot];
     if (is_provisional(beam)) {
-        drop_beam(map, slot);
-        ++map.stats.beams_not_confirmed;
+        drop_unconfirmed(map, slot);
         return true;
     }
     if (beam.hit_time == map.keeper.time_mark) {
@@ -286,7 +273,6 @@ bool contradict(gpom_map &map, uint32_t slot)
     const uint32_t counts = 1u << in_row;
     if (beam.agreed < counts && in_row + 1u >= map.config.clear_scans) {
         retire_hit(map, slot);
-        ++map.stats.hits_cleared;
         return true;
     }
     set_agreed(map, beam, beam.agreed > counts ? beam.agreed - counts : 0u);
@@ -341,7 +327,6 @@ bool is_refusing(const gpom_map &map, const Beam &beam)
 void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
 {
     gpom_map &map = trial.map;
-    Group &group = map.keeper.group;
     Beam &beam = map.index.beams[slot];
     const uint32_t passes = passing(trial, witnesses.beside, end_of(beam));
     if (passes != 0) { // so nothing stands there that would hide what is behind
@@ -349,7 +334,7 @@ void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
     }
     if (witnesses.ends != 0) {
         confirm(map, beam);
-        offer_renewal(map, witnesses.ends, slot);
+        offer_renewal(trial, witnesses.ends, slot);
         return;
     }
     const bool was_provisional = is_provisional(beam);
@@ -358,8 +343,8 @@ void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
                                  : pair_around(trial, witnesses.beside, end_of(beam));
     if (through != 0 && map.config.clear_scans > 0) {
         const bool gone = contradict(map, slot);
-        group.clearing |= gone && !was_provisional ? through : 0u;
-        group.against |= gone || !is_refusing(map, beam) ? 0u : passes;
+        trial.judgement.clears |= gone && !was_provisional ? through : 0u;
+        trial.judgement.against |= gone || !is_refusing(map, beam) ? 0u : passes;
     }
 }
 
@@ -374,7 +359,7 @@ void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
     if (beam.id < map.keeper.scan_first_id) {
         judge_hit(trial, slot, witnesses);
     }
-    map.keeper.group.known |= witnesses.ends | (beam.hit == kStanding ? witnesses.ends_in : 0u);
+    trial.judgement.known |= witnesses.ends | (beam.hit == kStanding ? witnesses.ends_in : 0u);
 }
 
 Box box_around(const Group &group, float reach_m)
@@ -405,7 +390,7 @@ float spread_of(const Group &group)
 }
 
 /// Fills `lanes`, kVectors of them.
-Trial trial_of(gpom_map &map, BeamLanes *lanes)
+Trial trial_of(gpom_map &map, Judgement &judgement, BeamLanes *lanes)
 {
     const Group &group = map.keeper.group;
     const float keep_m = map.config.keep_m;
@@ -418,16 +403,21 @@ Trial trial_of(gpom_map &map, BeamLanes *lanes)
         lanes[v] = lanes_of(group, v, moves);
     }
     const float reach_m = keep_m + (moves ? spread_of(group) : 0.0f) + kRounding * length_m;
-    return {map, box, sensor, moves, reach_m, fan_of(group), lanes, n_vectors};
+    return {map, judgement, box, sensor, moves, reach_m, fan_of(group), lanes, n_vectors};
 }
 
 } // namespace
 
-/// Compare all kept hits near a group's beams with them.
-void judge(gpom_map &map)
+void judge(gpom_map &map, Judgement &judgement)
 {
+    judgement.known = 0;
+    judgement.against = 0;
+    judgement.clears = 0;
+    for (uint32_t &slot : judgement.renews) {
+        slot = kNoSlot;
+    }
     BeamLanes lanes[kVectors];
-    const Trial trial = trial_of(map, lanes);
+    const Trial trial = trial_of(map, judgement, lanes);
     walk(
         map.index, map.index.hit_part, map.keeper.hit_stack,
         [&](const Box &box) { return may_matter(trial, box); },

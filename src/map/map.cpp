@@ -98,16 +98,6 @@ gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config, void 
     return GPOM_OK;
 }
 
-gpom_status_t gpom_map_clear(gpom_map_t *map)
-{
-    if (!gpom::is_map(map)) {
-        return GPOM_ERR_ARG;
-    }
-    gpom::drop_all(*map);
-    gpom::lowres_clear(map->lowres);
-    return GPOM_OK;
-}
-
 gpom_status_t gpom_map_build(gpom_map_t *map)
 {
     if (!gpom::is_map(map)) {

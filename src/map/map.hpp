@@ -9,7 +9,7 @@
 #include "src/beams/index.hpp"
 #include "src/beams/noise.hpp"
 #include "src/gp/kernel.hpp"
-#include "src/insert/keep.hpp"
+#include "src/map/keeper.hpp"
 #include "src/raster/lowres.hpp"
 
 /// Opaque to users (gpom_map_t).

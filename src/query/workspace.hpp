@@ -7,14 +7,12 @@
 #include "src/beams/nearest.hpp"
 #include "src/gp/local_gp.hpp"
 #include "src/gp/sparse_gp.hpp"
+#include "src/lane/width.hpp"
 #include "src/map/map.hpp"
 
 namespace gpom
 {
 
-constexpr int kLanes = GPOM_LANES;
-using F = lane::Lane<kLanes>::F;
-using I = lane::Lane<kLanes>::I;
 static_assert(kLanes <= static_cast<int>(GPOM_LANES_MAX), "GPOM_SCRATCH_BYTES knows fewer lanes");
 
 /// Up to kLanes queries computed together. Unused lanes repeat the first query.

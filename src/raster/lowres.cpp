@@ -1,7 +1,7 @@
 #include "src/raster/lowres.hpp"
 
+#include "gpom/params.h"
 #include "src/gp/classify.hpp"
-#include "src/map/map.hpp"
 
 #include <string.h>
 

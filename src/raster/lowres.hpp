@@ -160,10 +160,6 @@ void lowres_rebase(Lowres &lowres, double dx_m, double dy_m);
 /// `clears`, at the same moment all unknown and dirty.
 void lowres_start_epoch(Lowres &lowres, bool clears);
 
-/// Evaluate cells in the order of lowres.h. Returns the operations used, never more than `budget`.
-/// The scratch is that of a query; it must be large enough.
-uint64_t lowres_step(gpom_map &map, const gpom_scratch_t &scratch, uint64_t budget);
-
 /// Quantise an answer (lowres.h, gpom_cell_t); no flags.
 uint32_t lowres_value(const Lowres &lowres, const gpom_answer_t &answer);
 

@@ -1,5 +1,5 @@
 // Which cells a change of the map can reach.
-#include "src/map/map.hpp"
+#include "src/raster/lowres.hpp"
 
 #include <float.h>
 

@@ -1,4 +1,6 @@
 // Evaluating dirty cells in slices, in the order that lowres.h tells.
+#include "src/refresh/lowres_step.hpp"
+
 #include "src/base/assert.hpp"
 #include "src/query/workspace.hpp"
 

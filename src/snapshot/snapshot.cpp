@@ -3,6 +3,7 @@
 #include "gpom/crc32.h"
 #include "src/base/assert.hpp"
 #include "src/map/map.hpp"
+#include "src/map/store.hpp"
 #include "src/snapshot/id_heap.hpp"
 
 using gpom::Beam;

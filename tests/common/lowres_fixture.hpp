@@ -3,6 +3,7 @@
 #pragma once
 
 #include "src/map/map.hpp"
+#include "src/refresh/lowres_step.hpp"
 #include "tests/common/reference.hpp"
 
 namespace reference

@@ -1,5 +1,6 @@
 // What gpom-learn is asked for: names, stretches of the way.
 #include "tests/common/reference.hpp"
+#include "tools/eval/stretch.hpp"
 #include "tools/learn/data.hpp"
 #include "tools/learn/fit.hpp"
 #include "tools/learn/params.hpp"

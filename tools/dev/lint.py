@@ -15,6 +15,8 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
+import rooms
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 FOLDERS = ["include", "src", "ports", "tests", "tools", "bench", "examples",
            "lcmtypes", ".ci"]
@@ -109,8 +111,8 @@ def allowed_include(path, name, is_quoted):
         if is_quoted:
             return name.startswith(("gpom/", "src/"))
         return name.startswith(("Eigen/", "suitesparse/")) or name in CORE_SYSTEM_HEADERS
-    if path.startswith("ports/"): # one way: never into src/
-        return not name.startswith("src/")
+    if path.startswith("ports/"): # one way: never into src/ or tools/
+        return not name.startswith(("src/", "tools/"))
     return True
 
 
@@ -119,6 +121,8 @@ def include_faults(path, lines):
         match = re.match(r'\s*#\s*include\s*([<"])([^>"]+)[>"]', line)
         if match and not allowed_include(path, match.group(2), match.group(1) == '"'):
             yield number, f"may not include {match.group(2)} (one-way includes)"
+        elif match and (fault := rooms.room_fault(path, match.group(2))):
+            yield number, f"may not include {match.group(2)}: {fault} (rooms)"
 
 
 def call_faults(path, code_lines):

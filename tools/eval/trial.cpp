@@ -1,6 +1,6 @@
 #include "tools/eval/trial.hpp"
 
-#include "tools/learn/data.hpp"
+#include "tools/eval/stretch.hpp"
 
 #include <algorithm>
 #include <limits>

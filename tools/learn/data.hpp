@@ -59,12 +59,6 @@ LearnData live_data(const std::vector<LearnSource> &sources, const DataOptions &
 /// scan lies in a fifth of the scans, in runs.
 LearnData street_data(const std::vector<LearnSource> &sources, const DataOptions &options);
 
-/// The scans from the first up to `first_m` of the way driven.
-std::vector<Scan> first_metres(std::vector<Scan> scans, double first_m);
-
-/// The scans beyond that stretch. Throws std::runtime_error where none are left.
-std::vector<Scan> after_metres(std::vector<Scan> scans, double first_m);
-
 /// Runs of consecutive scans, every fifth of 15 held out.
 bool is_held_out(std::size_t i_scan, std::size_t n_scans);
 

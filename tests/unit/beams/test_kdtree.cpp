@@ -451,7 +451,7 @@ TEST_CASE_TEMPLATE("the k nearest do not depend on the order of offers", F, floa
                    Lanes<16>)
 {
     GPOM_TELL_SEED();
-    using I = gpom::lane::IntOf<F>;
+    using Ints = gpom::lane::IntOf<F>;
     constexpr int kWidth = gpom::lane::width<F>;
     Random random(13);
     std::vector<std::int32_t> ids(40);
@@ -466,7 +466,7 @@ TEST_CASE_TEMPLATE("the k nearest do not depend on the order of offers", F, floa
         gpom::NearestK<F> nearest = {best, 8, 0};
         nearest.clear();
         for (const std::int32_t id : ids) {
-            gpom::Found<F> item = {{}, gpom::lane::splat_int<I>(id), {}};
+            gpom::Found<F> item = {{}, gpom::lane::splat_int<Ints>(id), {}};
             item.slot = item.id + 100;
             for (int i = 0; i < kWidth; ++i) {
                 gpom::lane::set(item.d2, i, distance2_in(i, id));

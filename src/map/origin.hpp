@@ -1,4 +1,4 @@
-/// \file live.hpp
+/// \file origin.hpp
 /// The map's origin follows the robot, the span of its stamps the clock.
 #pragma once
 
