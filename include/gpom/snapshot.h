@@ -76,7 +76,7 @@ typedef struct {
     double origin_x_m, origin_y_m;
     int64_t stamp0_us;
     uint32_t i_block, blocks_crc, n_beams, id_end, stamp_ms_max, n_slots, n_forgotten, frame_epoch;
-    uint32_t n_placed, n_unordered, i_entry, next_id, n_provisional, first_free;
+    uint32_t n_placed, n_unordered, i_entry, next_id, n_provisional, first_vacant;
     const uint32_t *heap;
     uint8_t found[2];
     uint8_t phase, is_write;

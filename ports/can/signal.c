@@ -42,7 +42,7 @@ static place_t first_place(const gpom_can_signal_t *signal)
     return place;
 }
 
-static bool is_within(const gpom_can_signal_t *signal, const uint8_t *bytes, size_t n_bytes)
+static bool fits_frame(const gpom_can_signal_t *signal, const uint8_t *bytes, size_t n_bytes)
 {
     const size_t n_needed = gpom_can_signal_bytes(signal);
     return bytes != NULL && n_needed != 0 && n_bytes >= n_needed;
@@ -60,7 +60,7 @@ size_t gpom_can_signal_bytes(const gpom_can_signal_t *signal)
 bool gpom_can_signal_bits(const gpom_can_signal_t *signal, const uint8_t *bytes, size_t n_bytes,
                           uint64_t *bits)
 {
-    if (bits == NULL || !is_within(signal, bytes, n_bytes)) {
+    if (bits == NULL || !fits_frame(signal, bytes, n_bytes)) {
         return false;
     }
     *bits = 0;
@@ -91,7 +91,7 @@ bool gpom_can_signal_value(const gpom_can_signal_t *signal, const uint8_t *bytes
 bool gpom_can_signal_put(const gpom_can_signal_t *signal, uint64_t bits, uint8_t *bytes,
                          size_t n_bytes)
 {
-    if (!is_within(signal, bytes, n_bytes)) {
+    if (!fits_frame(signal, bytes, n_bytes)) {
         return false;
     }
     place_t place = first_place(signal);

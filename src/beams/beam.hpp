@@ -21,7 +21,7 @@ enum HitState : uint16_t {
 /// One kept beam, relative to the map's origin. 36 bytes.
 ///
 /// The last two bytes count witnesses (keep.hpp). A part that was contradicted too often is gone
-/// while the other stays; a slot of the store whose beam has neither part is free.
+/// while the other stays. A slot of the store whose beam has neither part is vacant.
 struct Beam {
     float x_m, y_m;     ///< Sensor position.
     float dir_x, dir_y; ///< Unit direction.
@@ -42,8 +42,10 @@ struct Beam {
 static_assert(sizeof(Beam) == 36, "GPOM_MAP_BYTES counts on it");
 
 inline bool has_hit(const Beam &beam) { return beam.hit != kNoHit; }
-/// False: its slot of the store is free.
+/// False: its slot of the store is vacant.
 inline bool is_kept(const Beam &beam) { return has_hit(beam) || beam.has_free != 0; }
+/// The list of vacant slots: a vacant slot has no use for its stamp, and holds the next slot there.
+inline uint32_t &next_vacant(Beam &vacant) { return vacant.stamp_ms; }
 inline bool is_provisional(const Beam &beam) { return beam.hit == kProvisional; }
 inline bool is_past(const Beam &beam) { return beam.hit == kPast; }
 

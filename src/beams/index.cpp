@@ -21,25 +21,22 @@ void vanish(Index &index, uint32_t slot)
     Beam &beam = index.beams[slot];
     ++index.n_vanished;
     if (!has_hit(beam) && beam.has_free == 0) {
-        beam.stamp_ms = index.first_free;
-        index.first_free = slot;
+        next_vacant(beam) = index.first_vacant;
+        index.first_vacant = slot;
         --index.n_beams;
     }
 }
 
-/// The slot that follows a free one in their list.
-uint32_t &next_free(Index &index, uint32_t slot) { return index.beams[slot].stamp_ms; }
-
-/// Merge runs of `width` free slots in pairs, up to the slot `end`. Returns how many pairs.
+/// Merge runs of `width` vacant slots in pairs, up to the slot `end`. Returns how many pairs.
 uint32_t merge_runs(Index &index, uint32_t width, uint32_t end)
 {
     uint32_t n_pairs = 0;
-    uint32_t *tail = &index.first_free;
-    for (uint32_t left = index.first_free; left != end; ++n_pairs) {
+    uint32_t *tail = &index.first_vacant;
+    for (uint32_t left = index.first_vacant; left != end; ++n_pairs) {
         uint32_t right = left;
         uint32_t n_left = 0;
         for (; n_left < width && right != end; ++n_left) {
-            right = next_free(index, right);
+            right = next_vacant(index.beams[right]);
         }
         uint32_t n_right = width;
         while (n_left > 0 || (n_right > 0 && right != end)) {
@@ -47,7 +44,7 @@ uint32_t merge_runs(Index &index, uint32_t width, uint32_t end)
             uint32_t &from = is_left ? left : right;
             --(is_left ? n_left : n_right);
             *tail = from;
-            tail = &next_free(index, from);
+            tail = &next_vacant(index.beams[from]);
             from = *tail;
         }
         left = right;
@@ -133,7 +130,7 @@ void forget_all(Index &index)
     index.next_id = 0;
     index.n_slots = 0;
     index.n_beams = 0;
-    index.first_free = kNoSlot;
+    index.first_vacant = kNoSlot;
     index.n_vanished = 0;
     index.phase = BuildPhase::kIdle;
     index.hit_tree.n_items = 0;
@@ -171,9 +168,9 @@ void remember(Index &index, uint32_t slot)
 uint32_t insert(Index &index, const Beam &beam)
 {
     GPOM_ASSERT(!is_full(index) && index.next_id < kIdEnd);
-    uint32_t slot = index.first_free;
+    uint32_t slot = index.first_vacant;
     if (slot != kNoSlot) {
-        index.first_free = index.beams[slot].stamp_ms;
+        index.first_vacant = next_vacant(index.beams[slot]);
     } else {
         slot = index.n_slots++;
     }
@@ -219,7 +216,7 @@ bool is_near_free(const Index &index, Subtree *stack, const Point &at, float rea
         });
 }
 
-void sort_freed(Index &index, uint32_t before)
+void sort_vacated(Index &index, uint32_t before)
 {
     for (uint32_t width = 1; merge_runs(index, width, before) > 1; width *= 2) {
     }

@@ -41,9 +41,9 @@ struct RecentBlock {
 struct Index {
     Beam *beams; ///< beam_max slots.
     uint32_t beam_max;
-    uint32_t n_slots;    ///< Slots ever used: [0, n_slots).
-    uint32_t n_beams;    ///< Slots that hold a beam.
-    uint32_t first_free; ///< Free slots are linked by their stamp_ms; kNoSlot ends the list.
+    uint32_t n_slots;      ///< Slots ever used: [0, n_slots).
+    uint32_t n_beams;      ///< Slots that hold a beam.
+    uint32_t first_vacant; ///< First of the list of vacant slots (next_vacant()); kNoSlot ends it.
     uint32_t next_id;
     uint32_t n_forgotten; ///< Times that all beams were forgotten.
     RecentBlock *recent;  ///< The youngest blocks, each at number % n_recent_max.
@@ -76,7 +76,7 @@ uint32_t insert(Index &index, const Beam &beam);
 
 inline bool is_full(const Index &index)
 {
-    return index.first_free == kNoSlot && index.n_slots == index.beam_max;
+    return index.first_vacant == kNoSlot && index.n_slots == index.beam_max;
 }
 
 /// Empty the entry of Index::recent at `i`.
@@ -85,15 +85,15 @@ void reset_recent(Index &index, uint32_t i);
 /// Enter a beam of the store into its block of recent ones. Ids come one after the other.
 void remember(Index &index, uint32_t slot);
 
-/// Take a part of a beam away; without any part the slot is free.
+/// Take a part of a beam away. Without any part its slot is vacant.
 void remove_hit(Index &index, uint32_t slot);
 void remove_free(Index &index, uint32_t slot);
 void remove_beam(Index &index, uint32_t slot);
 
-/// Sort the free slots that came since the first free one was `before`. A walk over a tree frees
-/// them in the tree's order, and what slots beams get must not depend on how far the trees are.
-/// O(n log n) for n such slots.
-void sort_freed(Index &index, uint32_t before);
+/// Sort the slots that became vacant since the first vacant one was `before`. A walk over a tree
+/// vacates them in the tree's order, but the slots of new beams must not depend on how far building
+/// the trees is. Cost: O(n log n) for n such slots.
+void sort_vacated(Index &index, uint32_t before);
 
 /// The origin moves by (dx_m, dy_m): all coordinates follow, and what is being built is dropped.
 void shift_origin(Index &index, float dx_m, float dy_m);

@@ -25,6 +25,20 @@ template <class F> inline F distance_of(const Neighbourhood<F> &points, size_t i
     return lane::select(points.noise[i] < kAbsentNoise, lane::min(d_m, reach_m), reach_m);
 }
 
+/// Added to the squared distance of a hit from the query where hits are weighted for their axis
+/// [m2]: a hit nearer than 0.1 m weighs little more than one at 0.1 m.
+constexpr float kAxisSoftness_m2 = 0.01f;
+
+/// Divisors below this count as this: the sums of no hits at all [1], and distances over which a
+/// neighbour fades [m].
+constexpr float kDivisorMin = 1e-12f;
+
+/// Hits whose scatter is below this have no axis [m2].
+constexpr float kScatterMin_m2 = 1e-12f;
+
+/// A query nearer to a hit than this stands on the hit [m].
+constexpr float kOnHit_m = 1e-6f;
+
 /// Least weight of a neighbour: what is left of it is less than rounding, and its noise finite.
 constexpr float kWeightMin = 1e-6f;
 
@@ -34,8 +48,8 @@ constexpr float kWeightMin = 1e-6f;
 template <class F> inline F fading_weight(F d_m, F from_m, F end_m)
 {
     const F zero = lane::splat<F>(0.0f);
-    const F t =
-        lane::max(F(d_m - from_m), zero) / lane::max(F(end_m - from_m), lane::splat<F>(1e-12f));
+    const F t = lane::max(F(d_m - from_m), zero) /
+                lane::max(F(end_m - from_m), lane::splat<F>(kDivisorMin));
     return lane::max(F(1.0f - t * t), lane::splat<F>(kWeightMin));
 }
 
@@ -57,7 +71,8 @@ template <class F> inline F facing(F x_m, F y_m, F dir_x, F dir_y, float softnes
     const F d_m = lane::sqrt(F(lane::fma(x_m, x_m, F(y_m * y_m)) + softness_m2));
     const F along_m = -lane::fma(dir_x, x_m, F(dir_y * y_m));
     const F one = lane::splat<F>(1.0f);
-    return lane::select(d_m < 1e-6f, F(0.0f * one), F(along_m / lane::max(d_m, F(1e-6f * one))));
+    return lane::select(d_m < kOnHit_m, F(0.0f * one),
+                        F(along_m / lane::max(d_m, F(kOnHit_m * one))));
 }
 
 /// How much a cosine counts: fades from 1 at the nearest hit to 0 at the reach.
@@ -123,7 +138,7 @@ template <class F> struct Sums {
     F weight, x, y, xx, xy, yy;
 };
 
-/// Hits near the query count most: their weights times 1 / (0.01 m2 + d^2).
+/// Hits near the query count most: their weights are divided by kAxisSoftness_m2 + d^2.
 template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x0_m, F y0_m)
 {
     const F zero = lane::splat<F>(0.0f);
@@ -131,7 +146,7 @@ template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x
     for (size_t i = 0; i < points.n_hits; ++i) {
         const F x_m = points.x_m[i];
         const F y_m = points.y_m[i];
-        const F near = 1.0f / (0.01f + lane::fma(x_m, x_m, F(y_m * y_m)));
+        const F near = 1.0f / (kAxisSoftness_m2 + lane::fma(x_m, x_m, F(y_m * y_m)));
         const F weight =
             lane::select(points.noise[i] < kAbsentNoise, F(near * points.weight[i]), zero);
         const F wx = weight * (x_m - x0_m);
@@ -143,7 +158,7 @@ template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x
         sums.xy = lane::fma(wx, F(y_m - y0_m), sums.xy);
         sums.yy = lane::fma(wy, F(y_m - y0_m), sums.yy);
     }
-    sums.weight = lane::max(sums.weight, lane::splat<F>(1e-12f));
+    sums.weight = lane::max(sums.weight, lane::splat<F>(kDivisorMin));
     return sums;
 }
 
@@ -169,7 +184,7 @@ template <class F> inline HitAxis<F> axis_of_hits(const Neighbourhood<F> &points
     const F r = lane::sqrt(lane::fma(difference, difference, F(cross * cross)));
     const F lambda_1 = half_trace + r;
     const F lambda_2 = lane::max(F(half_trace - r), zero);
-    const auto has_axis = (lambda_1 > 1e-12f) & (r > 0.0f);
+    const auto has_axis = (lambda_1 > kScatterMin_m2) & (r > 0.0f);
     const F ratio = lambda_2 / lane::select(has_axis, lambda_1, one);
     const F inv_r = 1.0f / lane::select(has_axis, r, one);
     const F narrow = 1.0f - lane::sqrt(ratio);

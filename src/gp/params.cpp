@@ -1,5 +1,6 @@
 #include "gpom/params.h"
 
+#include "src/base/check.hpp"
 #include "src/gp/classify.hpp"
 #include "src/gp/context.hpp"
 #include "src/gp/sparse_gp.hpp"
@@ -31,12 +32,11 @@ void gpom_params_init(gpom_params_t *params)
 namespace
 {
 
-// Written so that a NaN fails.
-bool is_within(float x, float low, float high) { return x >= low && x <= high; }
+using gpom::is_between;
 
 /// Values that no float32 product of a few of them can overflow.
 constexpr float kMost = 1e6f;
-bool is_scale(float x) { return is_within(x, 1.0f / kMost, kMost); }
+bool is_scale(float x) { return is_between(x, 1.0f / kMost, kMost); }
 
 /// Nearer to the free end of its own beam [m], a hit counts as in the same place.
 constexpr float kApart_m = 0.05f;
@@ -63,13 +63,13 @@ const char *problem_of_kernel(const gpom_params_t &p)
         return "sf2: must be from 1e-6 to 1e6";
     }
     if (p.kernel == GPOM_KERNEL_NN) {
-        if (!is_within(p.s0, 1e-3f, kMost)) {
+        if (!is_between(p.s0, 1e-3f, kMost)) {
             return "s0: must be from 1e-3 to 1e6";
         }
-        if (!is_within(p.s1, 1.0f / kMost, 1e4f)) {
+        if (!is_between(p.s1, 1.0f / kMost, 1e4f)) {
             return "s1: must be from 1e-6 to 1e4";
         }
-    } else if (!is_within(p.ell_m, p.kernel == GPOM_KERNEL_ASKEY ? 0.6f : 0.2f, 1e3f)) {
+    } else if (!is_between(p.ell_m, p.kernel == GPOM_KERNEL_ASKEY ? 0.6f : 0.2f, 1e3f)) {
         return "ell_m: must be from 0.2 (askey: 0.6) to 1000";
     }
     return nullptr;
@@ -77,14 +77,15 @@ const char *problem_of_kernel(const gpom_params_t &p)
 
 const char *problem_of_noise(const gpom_params_t &p)
 {
-    if (!is_within(p.sn2, noise_floor(p), kMost) || !is_within(p.sn2_free, noise_floor(p), kMost)) {
+    if (!is_between(p.sn2, noise_floor(p), kMost) ||
+        !is_between(p.sn2_free, noise_floor(p), kMost)) {
         return "sn2, sn2_free: must be from 1e-3 sf2 (1e-5 sf2 for matern12 and askey if gap_m "
                "(1 - anisotropy) >= 0.05) to 1e6";
     }
-    if (p.sn2_once != 0.0f && !is_within(p.sn2_once, p.sn2, kMost)) {
+    if (p.sn2_once != 0.0f && !is_between(p.sn2_once, p.sn2, kMost)) {
         return "sn2_once: must be 0, or from sn2 to 1e6";
     }
-    if (!is_within(p.gap_m, 0.0f, kMost)) {
+    if (!is_between(p.gap_m, 0.0f, kMost)) {
         return "gap_m: must be from 0 to 1e6";
     }
     return nullptr;
@@ -119,25 +120,25 @@ const char *problem_of_context(const gpom_params_t &p)
     if (p.n_fading > 0 && (p.n_fading >= p.n_hits || p.n_fading >= p.n_free)) {
         return "fading: must be less than hits and than free";
     }
-    if (!is_within(p.depth_m, 0.0f, 5.0f)) {
+    if (!is_between(p.depth_m, 0.0f, 5.0f)) {
         return "depth_m: must be from 0 to 5";
     }
-    if (!is_within(p.anisotropy, 0.0f, 1.0f)) {
+    if (!is_between(p.anisotropy, 0.0f, 1.0f)) {
         return "anisotropy: must be from 0 to 1";
     }
     if (p.anisotropy > 0.0f && p.frame == GPOM_FRAME_MAP) {
         return "anisotropy: must be 0 in the map frame";
     }
-    if (p.fade_m != 0.0f && !is_within(p.fade_m, 0.1f, kMost)) {
+    if (p.fade_m != 0.0f && !is_between(p.fade_m, 0.1f, kMost)) {
         return "fade_m: must be 0, or from 0.1 to 1e6";
     }
     if (p.fade_m > 0.0f && p.frame == GPOM_FRAME_MAP) {
         return "fade_m: must be 0 in the map frame";
     }
-    if (!is_within(p.vote, -kMost, kMost)) {
+    if (!is_between(p.vote, -kMost, kMost)) {
         return "vote: must be from -1e6 to 1e6";
     }
-    if (!is_within(p.line, -kMost, kMost)) {
+    if (!is_between(p.line, -kMost, kMost)) {
         return "line: must be from -1e6 to 1e6";
     }
     return nullptr;
@@ -147,7 +148,7 @@ const char *problem_of_log_terms(const gpom_params_t &p)
 {
     const float weights[] = {p.log_hit_first, p.log_hit_last, p.log_free_first, p.log_free_last};
     for (const float weight : weights) {
-        if (!is_within(weight, -kMost, kMost)) {
+        if (!is_between(weight, -kMost, kMost)) {
             return "log_hit_first, log_hit_last, log_free_first, log_free_last: must be from -1e6 "
                    "to 1e6";
         }
@@ -160,10 +161,10 @@ const char *problem_of_sigmoid(const gpom_params_t &p)
     if (!is_scale(p.alpha)) {
         return "alpha: must be from 1e-6 to 1e6";
     }
-    if (!is_within(p.beta, -kMost, kMost)) {
+    if (!is_between(p.beta, -kMost, kMost)) {
         return "beta: must be from -1e6 to 1e6";
     }
-    if (!is_within(p.beta_far, -kMost, kMost)) {
+    if (!is_between(p.beta_far, -kMost, kMost)) {
         return "beta_far: must be from -1e6 to 1e6";
     }
     if (p.beta_far != 0.0f && p.fade_m == 0.0f) {

@@ -1,9 +1,8 @@
 #include "src/insert/forget.hpp"
 
+#include "src/base/check.hpp"
 #include "src/map/map.hpp"
 #include "src/map/store.hpp"
-
-#include <float.h>
 
 namespace gpom
 {
@@ -74,9 +73,8 @@ void forget_in_disc(gpom_map &map, uint32_t slot, const Point &centre, float rad
 
 bool is_disc(const gpom_disc_t *disc)
 {
-    return disc != nullptr && disc->x_m >= -DBL_MAX && disc->x_m <= DBL_MAX &&
-           disc->y_m >= -DBL_MAX && disc->y_m <= DBL_MAX && disc->radius_m > 0.0 &&
-           disc->radius_m <= 2.0 * GPOM_REACH_M;
+    return disc != nullptr && is_finite(disc->x_m) && is_finite(disc->y_m) &&
+           disc->radius_m > 0.0 && disc->radius_m <= 2.0 * GPOM_REACH_M;
 }
 
 void forget_disc(gpom_map &map, const gpom_disc_t &disc)
@@ -84,7 +82,7 @@ void forget_disc(gpom_map &map, const gpom_disc_t &disc)
     const double dx_m = disc.x_m - map.config.origin_x_m;
     const double dy_m = disc.y_m - map.config.origin_y_m;
     const double far_m = 4.0 * GPOM_REACH_M; // no beam is there
-    if (!(dx_m >= -far_m && dx_m <= far_m && dy_m >= -far_m && dy_m <= far_m)) {
+    if (!is_within(dx_m, far_m) || !is_within(dy_m, far_m)) {
         return;
     }
     const Point centre = {static_cast<float>(dx_m), static_cast<float>(dy_m)};

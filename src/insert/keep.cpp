@@ -131,10 +131,10 @@ void decide(gpom_map &map, uint32_t i_beam, const Judgement &judgement)
 void settle_group(gpom_map &map)
 {
     Group &group = map.keeper.group;
-    const uint32_t first_free = map.index.first_free;
+    const uint32_t first_vacant = map.index.first_vacant;
     Judgement judgement;
     judge(map, judgement);
-    sort_freed(map.index, first_free);
+    sort_vacated(map.index, first_vacant);
     for (uint32_t i = 0; i < group.n; ++i) {
         decide(map, i, judgement);
     }

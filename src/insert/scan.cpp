@@ -1,5 +1,6 @@
 #include "gpom/scan.h"
 
+#include "src/base/check.hpp"
 #include "src/insert/keep.hpp"
 #include "src/map/map.hpp"
 #include "src/map/origin.hpp"
@@ -8,6 +9,7 @@
 #include <float.h>
 
 using gpom::Beam;
+using gpom::is_within;
 
 namespace
 {
@@ -31,9 +33,6 @@ uint16_t mark_of(uint32_t time_number)
     constexpr uint32_t kStep = 2654435769u;
     return static_cast<uint16_t>(time_number * kStep >> (32 - gpom::kTimeMarkBits));
 }
-
-// Written so that a NaN fails.
-bool is_within(double x, double limit) { return x >= -limit && x <= limit; }
 
 bool are_masks(const gpom_mask_t *masks, uint16_t n_masks)
 {

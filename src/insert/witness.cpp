@@ -99,13 +99,13 @@ Fan fan_of(const Group &group)
 }
 
 /// True if a place, from the sensor on, is in the sector or at most reach_m outside either edge.
-bool is_between(const Fan &fan, const Point &at, float reach_m)
+bool is_in_fan(const Fan &fan, const Point &at, float reach_m)
 {
     return (turn(fan.right, at) >= -reach_m) & (turn(fan.left, at) <= reach_m);
 }
 
 /// The same of any place of a box, half of which reaches `half` to either side of its centre.
-bool is_between(const Fan &fan, const Point &centre, const Point &half, float reach_m)
+bool is_in_fan(const Fan &fan, const Point &centre, const Point &half, float reach_m)
 {
     const float beside_right =
         half.x_m * lane::abs(fan.right.y_m) + half.y_m * lane::abs(fan.right.x_m);
@@ -138,7 +138,7 @@ bool may_matter(const Trial &trial, const Box &box)
                           0.5f * (box.y_min_m + box.y_max_m) - trial.sensor.y_m};
     const Point half = {0.5f * (box.x_max_m - box.x_min_m), 0.5f * (box.y_max_m - box.y_min_m)};
     if (!trial.fan.is_wide) {
-        return is_between(trial.fan, centre, half, trial.reach_m);
+        return is_in_fan(trial.fan, centre, half, trial.reach_m);
     }
     for (uint32_t v = 0; v < trial.n_vectors; ++v) {
         if (touches(trial.lanes[v], centre, half, trial.reach_m)) {
@@ -154,7 +154,7 @@ bool may_matter(const Trial &trial, const Point &at)
     const bool is_inside = (at.x_m >= trial.box.x_min_m) & (at.x_m <= trial.box.x_max_m) &
                            (at.y_m >= trial.box.y_min_m) & (at.y_m <= trial.box.y_max_m);
     const Point from = {at.x_m - trial.sensor.x_m, at.y_m - trial.sensor.y_m};
-    return is_inside && (trial.fan.is_wide || is_between(trial.fan, from, trial.reach_m));
+    return is_inside && (trial.fan.is_wide || is_in_fan(trial.fan, from, trial.reach_m));
 }
 
 /// kLanes beams, and a hit's occupied part, relative to where each of them starts.
@@ -307,8 +307,8 @@ uint32_t pair_around(const Trial &trial, uint32_t beside, const Point &hit)
         const uint32_t i = static_cast<uint32_t>(__builtin_ctz(both));
         const float first_m = left_of(trial, i, hit);
         const float second_m = left_of(trial, i + 1, hit);
-        const bool is_between = (first_m < 0.0f) != (second_m < 0.0f);
-        if (is_between && lane::abs(first_m - second_m) <= trial.map.config.keep_m) {
+        const bool is_on_both_sides = (first_m < 0.0f) != (second_m < 0.0f);
+        if (is_on_both_sides && lane::abs(first_m - second_m) <= trial.map.config.keep_m) {
             return 3u << i;
         }
     }

@@ -1,5 +1,6 @@
 #include "src/map/config_check.hpp"
 
+#include "src/base/check.hpp"
 #include "src/raster/lowres.hpp"
 
 #include <float.h>
@@ -12,6 +13,11 @@ namespace
 
 /// Least keep_m besides 0 [m]: places are not known to less, and squares of far less vanish.
 constexpr float kKeepMin_m = 1e-3f;
+
+/// Sides of low-resolution cells, and coordinates of the raster's corner [m].
+constexpr double kCellMin_m = 1e-3;
+constexpr double kCellMax_m = 1e6;
+constexpr double kCornerMax_m = 1e12;
 
 constexpr auto kReach_m = static_cast<float>(GPOM_REACH_M);
 
@@ -27,9 +33,6 @@ constexpr struct {
                {&gpom_config_t::lowres_reach_m, kReach_m, ConfigProblem::lowres_reach_m},
                {&gpom_config_t::lowres_unknown, 1.0f, ConfigProblem::lowres_unknown}};
 
-// Written so that a NaN fails.
-bool is_between(double x, double low, double high) { return x >= low && x <= high; }
-
 double magnitude(double x) { return x < 0.0 ? -x : x; }
 
 /// How far the origin may lie so that cells within reach of it have numbers.
@@ -41,8 +44,7 @@ bool has_cell_numbers(double origin_m, double cell_m)
 ConfigProblem limit_problem(const gpom_config_t &config)
 {
     for (const auto &limit : kLimits) {
-        const float x = config.*limit.field;
-        if (!(x >= 0.0f && x <= limit.most)) { // negated on purpose: NaN fails too
+        if (!is_between(config.*limit.field, 0.0f, limit.most)) {
             return limit.problem;
         }
     }
@@ -77,7 +79,7 @@ ConfigProblem lowres_problem(const gpom_config_t &config)
     if (config.lowres_nx == 0 || config.lowres_ny == 0) {
         return ConfigProblem::lowres_sides;
     }
-    if (!is_between(config.lowres_cell_m, 1e-3, 1e6)) {
+    if (!is_between(config.lowres_cell_m, kCellMin_m, kCellMax_m)) {
         return ConfigProblem::lowres_cell_m;
     }
     if (config.lowres_rolling != 0) {
@@ -86,59 +88,48 @@ ConfigProblem lowres_problem(const gpom_config_t &config)
                    ? ConfigProblem::none
                    : ConfigProblem::lowres_rolling;
     }
-    return is_between(config.lowres_x0_m, -1e12, 1e12) &&
-                   is_between(config.lowres_y0_m, -1e12, 1e12)
+    return is_within(config.lowres_x0_m, kCornerMax_m) &&
+                   is_within(config.lowres_y0_m, kCornerMax_m)
                ? ConfigProblem::none
                : ConfigProblem::lowres_corner;
 }
 
+/// The texts of gpom_config_check().
+constexpr struct {
+    ConfigProblem problem;
+    const char *text;
+} kTexts[] = {
+    {ConfigProblem::struct_bytes,
+     "struct_bytes: the configuration is not from gpom_config_init() of this library"},
+    {ConfigProblem::beam_max,
+     "beam_max: must be from 1 to 20000000, and the map must fit the address space"},
+    {ConfigProblem::cells, "lowres_nx, lowres_ny, focus_cell_max: together at most 268435456 "
+                           "cells, and the map must fit the address space"},
+    {ConfigProblem::walk_max, "walk_max: at least 1"},
+    {ConfigProblem::keep_m, "keep_m: must be 0, or from 0.001 to 8000"},
+    {ConfigProblem::far_m, "far_m: must be from 0 to 8000"},
+    {ConfigProblem::old_s, "old_s: must be 0 or more, and finite"},
+    {ConfigProblem::rebase_m, "rebase_m: must be from 0 to 4000"},
+    {ConfigProblem::rebase_frame, "rebase_m: must be 0 in the map frame"},
+    {ConfigProblem::clear_scans, "clear_scans: must be 0, or from 2 to 4"},
+    {ConfigProblem::clear_keep, "clear_scans: must be 0 while keep_m is 0"},
+    {ConfigProblem::origin, "origin_x_m, origin_y_m: must be from -1e8 to 1e8"},
+    {ConfigProblem::lowres_reach_m, "lowres_reach_m: must be from 0 to 8000"},
+    {ConfigProblem::lowres_unknown, "lowres_unknown: must be from 0 to 1"},
+    {ConfigProblem::focus_alone, "focus_cell_max: must be 0 without coarse cells"},
+    {ConfigProblem::focus_small, "focus_cell_max: must be 0, or at least 4"},
+    {ConfigProblem::lowres_sides, "lowres_nx, lowres_ny: both must be 0, or neither"},
+    {ConfigProblem::lowres_cell_m, "lowres_cell_m: must be from 0.001 to 1e6"},
+    {ConfigProblem::lowres_rolling,
+     "lowres_rolling: the origin is over 1e9 cells from 0; make lowres_cell_m larger"},
+    {ConfigProblem::lowres_corner, "lowres_x0_m, lowres_y0_m: must be from -1e12 to 1e12"}};
+
 const char *text_of(ConfigProblem problem)
 {
-    switch (problem) {
-    case ConfigProblem::none:
-        break;
-    case ConfigProblem::struct_bytes:
-        return "struct_bytes: the configuration is not from gpom_config_init() of this library";
-    case ConfigProblem::beam_max:
-        return "beam_max: must be from 1 to 20000000, and the map must fit the address space";
-    case ConfigProblem::cells:
-        return "lowres_nx, lowres_ny, focus_cell_max: together at most 268435456 cells, and the "
-               "map "
-               "must fit the address space";
-    case ConfigProblem::walk_max:
-        return "walk_max: at least 1";
-    case ConfigProblem::keep_m:
-        return "keep_m: must be 0, or from 0.001 to 8000";
-    case ConfigProblem::far_m:
-        return "far_m: must be from 0 to 8000";
-    case ConfigProblem::old_s:
-        return "old_s: must be 0 or more, and finite";
-    case ConfigProblem::rebase_m:
-        return "rebase_m: must be from 0 to 4000";
-    case ConfigProblem::rebase_frame:
-        return "rebase_m: must be 0 in the map frame";
-    case ConfigProblem::clear_scans:
-        return "clear_scans: must be 0, or from 2 to 4";
-    case ConfigProblem::clear_keep:
-        return "clear_scans: must be 0 while keep_m is 0";
-    case ConfigProblem::origin:
-        return "origin_x_m, origin_y_m: must be from -1e8 to 1e8";
-    case ConfigProblem::lowres_reach_m:
-        return "lowres_reach_m: must be from 0 to 8000";
-    case ConfigProblem::lowres_unknown:
-        return "lowres_unknown: must be from 0 to 1";
-    case ConfigProblem::focus_alone:
-        return "focus_cell_max: must be 0 without coarse cells";
-    case ConfigProblem::focus_small:
-        return "focus_cell_max: must be 0, or at least 4";
-    case ConfigProblem::lowres_sides:
-        return "lowres_nx, lowres_ny: both must be 0, or neither";
-    case ConfigProblem::lowres_cell_m:
-        return "lowres_cell_m: must be from 0.001 to 1e6";
-    case ConfigProblem::lowres_rolling:
-        return "lowres_rolling: the origin is over 1e9 cells from 0; make lowres_cell_m larger";
-    case ConfigProblem::lowres_corner:
-        return "lowres_x0_m, lowres_y0_m: must be from -1e12 to 1e12";
+    for (const auto &row : kTexts) {
+        if (row.problem == problem) {
+            return row.text;
+        }
     }
     return nullptr;
 }
@@ -172,9 +163,8 @@ ConfigProblem config_problem(const gpom_config_t &config)
     if (problem == ConfigProblem::none) {
         problem = keeping_problem(config);
     }
-    if (problem == ConfigProblem::none &&
-        !(magnitude(config.origin_x_m) <= GPOM_PLACE_MAX_M &&
-          magnitude(config.origin_y_m) <= GPOM_PLACE_MAX_M)) { // negated on purpose: NaN fails too
+    if (problem == ConfigProblem::none && !(is_within(config.origin_x_m, GPOM_PLACE_MAX_M) &&
+                                            is_within(config.origin_y_m, GPOM_PLACE_MAX_M))) {
         problem = ConfigProblem::origin;
     }
     return problem == ConfigProblem::none ? lowres_problem(config) : problem;

@@ -1,5 +1,6 @@
 #include "gpom/path.h"
 
+#include "src/base/check.hpp"
 #include "src/lane/elementary.hpp"
 #include "src/query/workspace.hpp"
 
@@ -226,18 +227,13 @@ double sample_bound(const gpom_path_t &path)
     return bound;
 }
 
-bool is_finite(const gpom_point_t &p)
-{
-    return p.x_m >= -DBL_MAX && p.x_m <= DBL_MAX && p.y_m >= -DBL_MAX && p.y_m <= DBL_MAX;
-}
-
 bool is_path(const gpom_path_t &path)
 {
     if (path.points == nullptr || path.n_points == 0) {
         return false;
     }
     for (size_t i = 0; i < path.n_points; ++i) {
-        if (!is_finite(path.points[i])) {
+        if (!is_finite(path.points[i].x_m) || !is_finite(path.points[i].y_m)) {
             return false;
         }
     }

@@ -2,7 +2,7 @@
 /// From a packet of queries to their neighbourhoods: search, choice, points relative to the query.
 #pragma once
 
-#include "src/beams/frontier.hpp"
+#include "src/beams/search_start.hpp"
 #include "src/gp/context.hpp"
 #include "src/query/workspace.hpp"
 
@@ -270,11 +270,11 @@ inline F context_offset(const gpom_params_t &params, const Workspace &work, cons
 template <class Part> struct KindSearch {
     const Part &part;
     NearestK<F> &nearest;
-    Frontier &frontier;
+    SearchStart &start;
 };
 
 /// Where to search for what is in a vicinity of queries that moved by `move`. A single query starts
-/// at the root: on a microcontroller's small map a frontier would not pay.
+/// at the root: on a microcontroller's small map a search start would not pay.
 template <class Part>
 Walks walks_in(const gpom_map &map, const Workspace &work, const KindSearch<Part> &kind,
                const Vicinity<F> &around, const Offset<F> &move)
@@ -282,13 +282,13 @@ Walks walks_in(const gpom_map &map, const Workspace &work, const KindSearch<Part
     const KdTree &tree = tree_of(map.index, kind.part);
     const uint32_t walk_max = map.config.walk_max;
     if constexpr (kLanes > 1) {
-        bool has_frontier = suits(kind.frontier, around);
-        if (!has_frontier && is_worth_finding(around, lane::sqrt(move.distance2()))) {
-            find_frontier(kind.frontier, tree, kind.part, around, work.stack);
-            has_frontier = true;
+        bool has_start = suits(kind.start, around);
+        if (!has_start && is_worth_finding(around, lane::sqrt(move.distance2()))) {
+            find_start(kind.start, tree, kind.part, around, work.stack);
+            has_start = true;
         }
-        if (has_frontier) {
-            return from_frontier(kind.frontier, work.stack, walk_max);
+        if (has_start) {
+            return from_start(kind.start, work.stack, walk_max);
         }
     }
     return from_root(tree, work.stack, walk_max);
@@ -304,7 +304,8 @@ bool search_near(const gpom_map &map, const Workspace &work, const KindSearch<Pa
     const Vicinity<F> around = {work.packet->at, lane::sqrt(reach2_m2)};
     const Walks walks = walks_in(map, work, kind, around, move);
     kind.nearest.clear(reach2_m2);
-    return search(kind.nearest, around.at, map.index, kind.part, walks) & kind.nearest.has_all();
+    const bool is_whole = search(kind.nearest, around.at, map.index, kind.part, walks);
+    return is_whole && kind.nearest.has_all();
 }
 
 /// Search for one kind without a bound. Returns false if it was cut.
@@ -321,15 +322,19 @@ bool search_all(const gpom_map &map, const Workspace &work, const KindSearch<Par
 /// second search without a bound. Returns false if that was cut.
 inline bool search_both(const gpom_map &map, Workspace &work)
 {
-    const KindSearch<HitPart> hits = {map.index.hit_part, work.hits, work.hit_frontier};
-    const KindSearch<FreePart> free = {map.index.free_part, work.free, work.free_frontier};
+    const KindSearch<HitPart> hits = {map.index.hit_part, work.hits, work.hit_start};
+    const KindSearch<FreePart> free = {map.index.free_part, work.free, work.free_start};
     const Offset<F> at = work.packet->at;
     const Offset<F> before = work.searched_at;
     const Offset<F> move = {at.x_m - before.x_m, at.y_m - before.y_m};
-    bool is_whole = work.has_searched &&
-                    (search_near(map, work, hits, move) & search_near(map, work, free, move));
+    bool is_whole = false;
+    if (work.has_searched) {
+        is_whole = search_near(map, work, hits, move);
+        is_whole = search_near(map, work, free, move) && is_whole;
+    }
     if (!is_whole) {
-        is_whole = search_all(map, work, hits) & search_all(map, work, free);
+        is_whole = search_all(map, work, hits);
+        is_whole = search_all(map, work, free) && is_whole;
     }
     work.searched_at = at;
     work.has_searched = is_whole;

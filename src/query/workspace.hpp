@@ -3,8 +3,8 @@
 /// caller's scratch.
 #pragma once
 
-#include "src/beams/frontier.hpp"
 #include "src/beams/nearest.hpp"
+#include "src/beams/search_start.hpp"
 #include "src/gp/local_gp.hpp"
 #include "src/gp/sparse_gp.hpp"
 #include "src/lane/width.hpp"
@@ -23,8 +23,8 @@ struct Packet {
     int n;                   ///< Queries in the packet.
 };
 
-/// Parts that a frontier has room for: a single query has none.
-constexpr uint32_t kFrontierParts = kLanes > 1 ? kFrontierMax : 0;
+/// Parts that a search start has room for. A single query starts at the root.
+constexpr uint32_t kStartParts = kLanes > 1 ? kStartPartsMax : 0;
 
 /// Points of a list that are put in order at a time.
 constexpr size_t kListBlock = 256;
@@ -51,7 +51,7 @@ struct Workspace {
     bool is_cut; ///< The last search was cut.
     bool has_searched;     ///< hits and free hold what was found for queries ...
     Offset<F> searched_at; ///< ... here.
-    Frontier hit_frontier, free_frontier;
+    SearchStart hit_start, free_start;
     ListOrder *order;
     Subtree *stack;
     NearestK<F> hits, free;
@@ -92,8 +92,8 @@ inline ScratchNeed scratch_need(const gpom_map &map)
 /// Byte offsets behind the group of points that the scratch begins with; lanes first, as they are
 /// the most strictly aligned. What one way to solve needs is empty for the other.
 struct ScratchLayout {
-    size_t points, features, vectors, factor, packets, order, stack, frontier, sparse_points,
-        sparse, total;
+    size_t points, features, vectors, factor, packets, order, stack, starts, sparse_points, sparse,
+        total;
 };
 
 constexpr ScratchLayout scratch_layout(const ScratchNeed &need)
@@ -109,8 +109,8 @@ constexpr ScratchLayout scratch_layout(const ScratchNeed &need)
     layout.packets = align8(layout.factor + panel_at(tile_count(n_dense)) * sizeof(F));
     layout.order = layout.packets + (kLanes > 1 ? 2 : 1) * align8(sizeof(Packet));
     layout.stack = layout.order + (kLanes > 1 ? align8(sizeof(ListOrder)) : 0);
-    layout.frontier = layout.stack + (kFrontierParts + kDepthMax) * sizeof(Subtree);
-    layout.sparse_points = align8(layout.frontier + 2 * kFrontierParts * sizeof(Subtree));
+    layout.starts = layout.stack + (kStartParts + kDepthMax) * sizeof(Subtree);
+    layout.sparse_points = align8(layout.starts + 2 * kStartParts * sizeof(Subtree));
     layout.sparse = layout.sparse_points + n_sparse * sizeof(gpom_sparse_point);
     layout.total = layout.sparse + (need.is_sparse ? gpom_sparse_bytes(n_sparse) : 0);
     return layout;
@@ -163,9 +163,9 @@ inline Workspace carve_workspace(const gpom_map &map, void *scratch)
     work.cut = work.packet + 1;
     work.order = carve<ListOrder>(mem, layout.order);
     work.stack = carve<Subtree>(mem, layout.stack);
-    Subtree *const parts = carve<Subtree>(mem, layout.frontier);
-    work.hit_frontier = {parts, 0, 0.0f, empty_box()};
-    work.free_frontier = {parts + kFrontierParts, 0, 0.0f, empty_box()};
+    Subtree *const parts = carve<Subtree>(mem, layout.starts);
+    work.hit_start = {parts, 0, 0.0f, empty_box()};
+    work.free_start = {parts + kStartParts, 0, 0.0f, empty_box()};
     Found<F> *const found = carve<Found<F>>(mem, 0);
     work.hits = {found, static_cast<uint32_t>(n_pool_hits), 0};
     work.free = {found + n_pool_hits, static_cast<uint32_t>(need.n_pool - n_pool_hits), 0};

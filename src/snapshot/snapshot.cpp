@@ -352,7 +352,7 @@ void reset_some_recent(State &s, Index &index)
         s.phase = kOrder;
         s.id_end = 0;
         s.n_provisional = 0;
-        s.first_free = gpom::kNoSlot;
+        s.first_vacant = gpom::kNoSlot;
     }
 }
 
@@ -362,8 +362,8 @@ void drop(State &s, Index &index, uint32_t slot)
     Beam &beam = index.beams[slot];
     beam.hit = gpom::kNoHit;
     beam.has_free = 0;
-    beam.stamp_ms = s.first_free;
-    s.first_free = slot;
+    gpom::next_vacant(beam) = s.first_vacant;
+    s.first_vacant = slot;
     ++s.report.n_dropped;
 }
 
@@ -388,7 +388,7 @@ void publish_beams(const State &s, Index &index)
     index.next_id = s.n_placed;
     index.n_slots = s.n_placed;
     index.n_beams = s.n_beams - s.report.n_dropped;
-    index.first_free = s.first_free;
+    index.first_vacant = s.first_vacant;
 }
 
 /// Let all be seen: the beams in the store, and the commit in s.block.

@@ -2,6 +2,7 @@
 
 #include "gpom/crc32.h"
 #include "src/base/assert.hpp"
+#include "src/base/check.hpp"
 #include "src/beams/index.hpp"
 
 namespace gpom
@@ -81,16 +82,18 @@ template <class Stream, class SomeCommit> void transfer(Stream &stream, SomeComm
 constexpr float kBeamPlaceMax_m = static_cast<float>(2.0 * GPOM_REACH_M);
 constexpr float kRobotPlaceMax_m = static_cast<float>(4.0 * GPOM_REACH_M);
 
-// Written so that a NaN fails.
-bool is_within(float x_m, float y_m, float max_m) { return x_m * x_m + y_m * y_m <= max_m * max_m; }
+bool is_in_circle(float x_m, float y_m, float radius_m)
+{
+    return x_m * x_m + y_m * y_m <= radius_m * radius_m;
+}
 
-bool is_place(double x_m) { return x_m >= -GPOM_PLACE_MAX_M && x_m <= GPOM_PLACE_MAX_M; }
+bool is_place(double x_m) { return is_within(x_m, GPOM_PLACE_MAX_M); }
 
 bool is_beam(const Beam &beam)
 {
     const float length2 = beam.dir_x * beam.dir_x + beam.dir_y * beam.dir_y;
-    const bool is_ray = is_within(beam.x_m, beam.y_m, kBeamPlaceMax_m) && length2 >= 1.0f - 1e-5f &&
-                        length2 <= 1.0f + 1e-5f && beam.range_m > 0.0f &&
+    const bool is_ray = is_in_circle(beam.x_m, beam.y_m, kBeamPlaceMax_m) &&
+                        length2 >= 1.0f - 1e-5f && length2 <= 1.0f + 1e-5f && beam.range_m > 0.0f &&
                         beam.range_m <= static_cast<float>(GPOM_REACH_M);
     const bool is_noise = beam.excess >= 0.0f && beam.excess <= kExcessMax;
     const bool has_part = has_hit(beam) || beam.has_free != 0;
@@ -171,7 +174,7 @@ bool take_commit(const uint8_t *block, Commit &commit)
     return commit.next_id <= kIdEnd && commit.time_mark <= kTimeMarkMask &&
            commit.n_counters >= 1 && commit.n_counters <= kCountersMax &&
            is_place(commit.origin_x_m) && is_place(commit.origin_y_m) &&
-           is_within(commit.robot_x_m, commit.robot_y_m, kRobotPlaceMax_m);
+           is_in_circle(commit.robot_x_m, commit.robot_y_m, kRobotPlaceMax_m);
 }
 
 bool has_params(const uint8_t *block, const uint8_t *record)

@@ -163,7 +163,7 @@ struct Life {
     {
         std::vector<bool> is_listed(kBeamMax, false);
         std::uint32_t n_free = 0, n_beams = 0;
-        for (std::uint32_t slot = index.first_free; slot != gpom::kNoSlot;
+        for (std::uint32_t slot = index.first_vacant; slot != gpom::kNoSlot;
              slot = index.beams[slot].stamp_ms) {
             REQUIRE(slot < index.n_slots);
             REQUIRE_FALSE(is_listed[slot]);

@@ -1,9 +1,9 @@
 // Trees and the k nearest against brute force, on every shape of beams that could trip a split.
 #include "tests/common/reference.hpp"
 
-#include "src/beams/frontier.hpp"
 #include "src/beams/kdtree.hpp"
 #include "src/beams/nearest.hpp"
+#include "src/beams/search_start.hpp"
 
 #include <functional>
 #include <numeric>
@@ -224,16 +224,17 @@ bool are_first(const gpom::NearestK<Lanes<W>> &nearest, const std::vector<Ranked
 }
 
 /// Search for W queries at once and compare with their brute-force rankings: without a bound, with
-/// that of the queries before, with the closest one, with one that is too close, and in frontiers.
+/// that of the queries before, with the closest one, with one that is too close, and from search
+/// starts.
 template <int W, class Part>
 void check_search(const Tree &tree, const Part &part, std::uint32_t k,
                   const std::vector<Xy> &queries, const std::vector<std::vector<Ranked>> &truth)
 {
     using F = Lanes<W>;
     static gpom::Found<F> best[32];
-    Subtree stack[gpom::kFrontierMax + gpom::kDepthMax];
-    Subtree parts[gpom::kFrontierMax];
-    gpom::Frontier frontier = {parts, 0, 0.0f, gpom::empty_box()};
+    Subtree stack[gpom::kStartPartsMax + gpom::kDepthMax];
+    Subtree parts[gpom::kStartPartsMax];
+    gpom::SearchStart start = {parts, 0, 0.0f, gpom::empty_box()};
     gpom::NearestK<F> nearest = {best, k, 0};
     gpom::Offset<F> before = {};
     F worst = gpom::lane::splat<F>(gpom::kNoDistance2);
@@ -252,22 +253,22 @@ void check_search(const Tree &tree, const Part &part, std::uint32_t k,
         const auto search_within = [&](F d2_max) {
             return search(d2_max, gpom::from_root(tree.tree, stack));
         };
-        const auto is_found_in_frontier = [&](F d2_max) {
-            return search(d2_max, gpom::from_frontier(frontier, stack, UINT32_MAX)) &&
+        const auto is_found_from_start = [&](F d2_max) {
+            return search(d2_max, gpom::from_start(start, stack, UINT32_MAX)) &&
                    are_first<W>(nearest, &truth[first]);
         };
         const gpom::Offset<F> move = {at.x_m - before.x_m, at.y_m - before.y_m};
         const F reach2 = gpom::reach2_after(worst, move);
         const gpom::Vicinity<F> around = {at, gpom::lane::sqrt(reach2)};
         const bool is_enough = search_within(reach2);
-        const bool is_reused = is_enough && frontier.n > 0 && gpom::suits(frontier, around);
+        const bool is_reused = is_enough && start.n > 0 && gpom::suits(start, around);
         REQUIRE((!is_enough || are_first<W>(nearest, &truth[first])));
-        REQUIRE((!is_reused || is_found_in_frontier(reach2)));
+        REQUIRE((!is_reused || is_found_from_start(reach2)));
         if (is_enough) {
-            gpom::find_frontier(frontier, tree.tree, part, around, stack);
-            REQUIRE(frontier.n <= gpom::kFrontierMax);
-            REQUIRE(gpom::suits(frontier, around));
-            REQUIRE(is_found_in_frontier(reach2));
+            gpom::find_start(start, tree.tree, part, around, stack);
+            REQUIRE(start.n <= gpom::kStartPartsMax);
+            REQUIRE(gpom::suits(start, around));
+            REQUIRE(is_found_from_start(reach2));
         }
         REQUIRE(search_within(gpom::lane::splat<F>(gpom::kNoDistance2)));
         REQUIRE(are_first<W>(nearest, &truth[first]));
