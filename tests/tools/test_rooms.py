@@ -5,7 +5,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools" / "dev"))
-import rooms  # noqa: E402  it is found by the line above
+import lint  # noqa: E402  these are found by the line above
+import rooms  # noqa: E402
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
@@ -77,3 +78,24 @@ def test_an_include_against_the_levels_is_a_fault():
     assert rooms.room_fault("src/insert/scan.cpp", "src/query/workspace.hpp")
     assert rooms.room_fault("src/cellar/new.cpp", "src/map/map.hpp")
     assert not rooms.room_fault("src/insert/scan.cpp", "src/map/map.hpp")
+
+
+def functions(*folders):
+    """(lines, branches) of every function of the C and C++ files of folders."""
+    return [(length, n_branches) for folder in folders for path in sources(folder)
+            for _, length, n_branches in lint.c_functions(
+                lint.without_comments(path.read_text(encoding="utf-8")).split("\n"))]
+
+
+def test_functions_of_the_library_and_its_ports_are_short():
+    lengths, branches = zip(*functions("src", "ports"))
+    assert len(lengths) > 1000
+    assert sorted(lengths)[int(0.95 * len(lengths))] <= 25
+    assert max(lengths) <= 45
+    assert max(branches) <= 15
+
+
+def test_lengths_and_branches_are_counted():
+    code = ["int f(int x)", "{", "    if (x > 0 && x < 9) {", "        return 1;", "    }",
+            "    return 0;", "}"]
+    assert list(lint.c_functions(code)) == [(2, 4, 2)]

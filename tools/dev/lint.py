@@ -23,6 +23,10 @@ FOLDERS = ["include", "src", "ports", "tests", "tools", "bench", "examples",
 C_KINDS = (".c", ".h", ".cpp", ".hpp")
 FILE_LINES_MAX = 600
 FUNCTION_LINES_MAX = 70
+FIRMWARE_FUNCTION_LINES_MAX = 45  # in src and ports
+FIRMWARE_BRANCHES_MAX = 15
+FIRMWARE_FOLDERS = ("src", "ports")
+BRANCH = re.compile(r"\b(?:if|for|while|case|catch)\b|&&|\|\||\?")
 COLUMNS_MAX = 100
 
 # Host code that lives in a port because it belongs to it: no limits on libc there. Of the daemon
@@ -145,18 +149,29 @@ def name_faults(code_lines):
                 yield number, f"'{identifier}': '{min(banned)}' says nothing (banned word)"
 
 
-def c_function_faults(code_lines):
-    """A brace alone on its line opens a function: clang-format keeps it so."""
+def c_functions(code_lines):
+    """(line, length, branches) of each function. A brace alone on its line opens a function:
+    clang-format keeps it so."""
     start = None
     for number, line in enumerate(code_lines, 1):
         if start is None and line.strip() == "{":
             start, indent = number, len(line) - len(line.lstrip())
         elif start is not None and re.match(" {%d}\\}" % indent, line):
-            length = number - start - 1
-            if length > FUNCTION_LINES_MAX:
-                yield start, f"function of {length} lines, more than {FUNCTION_LINES_MAX} " \
-                             "(function length)"
+            body = "\n".join(code_lines[start:number - 1])
+            if not re.match(r"\s*(?:namespace|extern)\b", code_lines[start - 2]):
+                yield start, number - start - 1, len(BRANCH.findall(body))
             start = None
+
+
+def c_function_faults(path, code_lines):
+    is_firmware = path.split("/")[0] in FIRMWARE_FOLDERS
+    lines_max = FIRMWARE_FUNCTION_LINES_MAX if is_firmware else FUNCTION_LINES_MAX
+    for start, length, n_branches in c_functions(code_lines):
+        if length > lines_max:
+            yield start, f"function of {length} lines, more than {lines_max} (function length)"
+        if is_firmware and n_branches > FIRMWARE_BRANCHES_MAX:
+            yield start, f"function of {n_branches} branches, more than " \
+                         f"{FIRMWARE_BRANCHES_MAX} (branches)"
 
 
 def python_faults(path, text):
@@ -186,7 +201,7 @@ def faults_of(path):
         yield from include_faults(path, lines)
         yield from call_faults(path, code_lines)
         yield from name_faults(code_lines)
-        yield from c_function_faults(code_lines)
+        yield from c_function_faults(path, code_lines)
     elif path.endswith(".py"):
         yield from python_faults(path, text)
 

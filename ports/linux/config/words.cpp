@@ -77,8 +77,9 @@ struct About {
     std::string channel; ///< LIDAR, say.
     std::string table;   ///< sensor[0] or pose.
     std::string type;    ///< As configured.
+    const Config &config;
 
-    About(const Problem &problem, const Config &config)
+    About(const Problem &problem, const Config &configured) : config(configured)
     {
         const bool is_sensor = problem.i_sensor < config.n_sensors;
         channel = is_sensor ? config.sensors[problem.i_sensor].channel : config.pose.channel;
@@ -201,22 +202,48 @@ std::string order_sentence(const Problem &p, const About &about)
     }
 }
 
-/// Scans and the poses that they wait for.
-std::string pose_sentence(const Problem &p, const About &about, const Config &config)
+std::string no_pose_sentence(const Problem &p, const About &about)
 {
-    const char *const poses = config.pose.channel;
+    const char *const poses = about.config.pose.channel;
+    if (p.other_us == 0) {
+        return about.channel + ": scans wait for a pose, and none came on " + poses +
+               " so far: is the localiser running, is pose.channel right?";
+    }
+    return about.channel + text(": a scan of %.3f s had no pose after pose.wait_max_s; the newest "
+                                "on %s is %.3f s older: raise pose.wait_max_s, set %s.latency_s, "
+                                "or pose.hold_s if the localiser is silent while the robot stands",
+                                seconds(p.stamp_us), poses, seconds(p.stamp_us - p.other_us),
+                                about.table.c_str());
+}
+
+std::string latency_sentence(const Problem &p, const About &about)
+{
+    if (about.type == "gpom.scan_t") {
+        return about.channel + text(": the poses in its scans are %.3f s %s than the ranges, by "
+                                    "how the robot turns in both: the sender must take the pose of "
+                                    "when the ranges were measured",
+                                    std::fabs(p.value), p.value > 0.0 ? "newer" : "older");
+    }
+    return about.channel + text(": its stamps are %.3f s %s than those of the poses, by how the "
+                                "robot turns in both: set %s.latency_s = %.2f (it is %.2f)",
+                                std::fabs(p.value), p.value > 0.0 ? "later" : "earlier",
+                                about.table.c_str(), p.limit + p.value, p.limit);
+}
+
+std::string two_clocks_sentence(const Problem &p, const About &about)
+{
+    return "two clocks: " + about.channel +
+           text(" is stamped %.3f s%s while %s is stamped %.3f s%s at the same time: give both the "
+                "same clock",
+                seconds(p.stamp_us), clock_of(p.stamp_us), about.config.pose.channel,
+                seconds(p.other_us), clock_of(p.other_us));
+}
+
+/// Scans and the poses that they wait for.
+std::string pose_sentence(const Problem &p, const About &about)
+{
+    const char *const poses = about.config.pose.channel;
     switch (p.kind) {
-    case GPOM_WIRE_PROBLEM_SCAN_NO_POSE:
-        if (p.other_us == 0) {
-            return about.channel + ": scans wait for a pose, and none came on " + poses +
-                   " so far: is the localiser running, is pose.channel right?";
-        }
-        return about.channel + text(": a scan of %.3f s had no pose after pose.wait_max_s; the "
-                                    "newest on %s is %.3f s older: raise pose.wait_max_s, set "
-                                    "%s.latency_s, or pose.hold_s if the localiser is silent while "
-                                    "the robot stands",
-                                    seconds(p.stamp_us), poses, seconds(p.stamp_us - p.other_us),
-                                    about.table.c_str());
     case GPOM_WIRE_PROBLEM_SCAN_POSE_GAP:
         return about.channel + ": the poses on " + poses +
                " about a scan are over pose.gap_max_s apart: raise that, or send more poses";
@@ -224,24 +251,6 @@ std::string pose_sentence(const Problem &p, const About &about, const Config &co
         return about.channel + text(": a scan is older than all poses on %s; the newest is %.3f s "
                                     "later: scans come too late, or were sent before the poses",
                                     poses, seconds(p.other_us) - seconds(p.stamp_us));
-    case GPOM_WIRE_PROBLEM_TWO_CLOCKS:
-        return "two clocks: " + about.channel +
-               text(" is stamped %.3f s%s while %s is stamped %.3f s%s at the same time: give both "
-                    "the same clock",
-                    seconds(p.stamp_us), clock_of(p.stamp_us), poses, seconds(p.other_us),
-                    clock_of(p.other_us));
-    case GPOM_WIRE_PROBLEM_LATENCY:
-        if (about.type == "gpom.scan_t") {
-            return about.channel + text(": the poses in its scans are %.3f s %s than the ranges, "
-                                        "by how the robot turns in both: the sender must take the "
-                                        "pose of when the ranges were measured",
-                                        std::fabs(p.value), p.value > 0.0 ? "newer" : "older");
-        }
-        return about.channel +
-               text(": its stamps are %.3f s %s than those of the poses, by how the "
-                    "robot turns in both: set %s.latency_s = %.2f (it is %.2f)",
-                    std::fabs(p.value), p.value > 0.0 ? "later" : "earlier", about.table.c_str(),
-                    p.limit + p.value, p.limit);
     case GPOM_WIRE_PROBLEM_SCAN_BAD_POSE:
         return about.channel + text(": the pose of a scan is refused: x, y or yaw is not finite, "
                                     "x or y is beyond 1e8 m, or pose_cov is no covariance; x is "
@@ -309,6 +318,63 @@ std::string channel_sentence(const Problem &p, const About &about)
     }
 }
 
+std::string query_sentence(const Problem &p, const About &about)
+{
+    return std::string("gpom.query_t on ") + about.config.publish.query + ": " + p.text;
+}
+
+std::string drop_sentence(const Problem &p, const About &)
+{
+    const Drop &drop = kDrops[p.i_drop];
+    return text("%.0f %s: ", p.value, drop.name) + drop.remedy;
+}
+
+/// Which function has the words for a kind of problem.
+struct Writer {
+    std::uint32_t kind;
+    std::string (*write)(const Problem &problem, const About &about);
+};
+
+constexpr Writer kWriters[] = {{GPOM_WIRE_PROBLEM_SCAN_TYPE, type_sentence},
+                               {GPOM_WIRE_PROBLEM_POSE_TYPE, type_sentence},
+                               {GPOM_WIRE_PROBLEM_STAMP_UNIT, unit_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_CRC_ZERO, malformed_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_CORRUPT, malformed_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_LENGTH, malformed_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_RANGES, malformed_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_SENSOR_ID, malformed_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_ANGLES, malformed_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_BEAM_TIMES, malformed_sentence},
+                               {GPOM_WIRE_PROBLEM_STAMP_RANGE, order_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_TOO_OLD, order_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_TOO_NEW, order_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_LOST, order_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_REPEATED, order_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_REORDERED, order_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_BACK, order_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_GAP, order_sentence},
+                               {GPOM_WIRE_PROBLEM_POSE_TOO_NEW, order_sentence},
+                               {GPOM_WIRE_PROBLEM_POSE_LENGTH, refused_pose_sentence},
+                               {GPOM_WIRE_PROBLEM_POSE_QUATERNION, refused_pose_sentence},
+                               {GPOM_WIRE_PROBLEM_POSE_NOT_FINITE, refused_pose_sentence},
+                               {GPOM_WIRE_PROBLEM_POSE_ORDER, refused_pose_sentence},
+                               {GPOM_WIRE_PROBLEM_POSE_WILD, refused_pose_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_NO_POSE, no_pose_sentence},
+                               {GPOM_WIRE_PROBLEM_TWO_CLOCKS, two_clocks_sentence},
+                               {GPOM_WIRE_PROBLEM_LATENCY, latency_sentence},
+                               {GPOM_WIRE_PROBLEM_SILENT, channel_sentence},
+                               {GPOM_WIRE_PROBLEM_OTHER_CHANNEL, channel_sentence},
+                               {GPOM_WIRE_PROBLEM_TWO_MAPPERS, channel_sentence},
+                               {GPOM_WIRE_PROBLEM_QUERY_REFUSED, query_sentence},
+                               {GPOM_WIRE_PROBLEM_SCAN_OVERRUN, drop_sentence},
+                               {GPOM_WIRE_PROBLEM_SNAPSHOT_FAILED, drop_sentence},
+                               {GPOM_WIRE_PROBLEM_NOT_SENT, drop_sentence},
+                               {GPOM_WIRE_PROBLEM_DATAGRAMS_LOST, drop_sentence},
+                               {GPOM_WIRE_PROBLEM_DATAGRAMS_BAD, drop_sentence},
+                               {GPOM_WIRE_PROBLEM_MESSAGES_INCOMPLETE, drop_sentence},
+                               {GPOM_WIRE_PROBLEM_CAN_FRAMES, drop_sentence},
+                               {GPOM_WIRE_PROBLEM_CAN_BUS, drop_sentence}};
+
 } // namespace
 
 const Drop kDrops[kDropCount] = {
@@ -373,56 +439,12 @@ const Drop kDrops[kDropCount] = {
 std::string sentence(const Problem &problem, const Config &config)
 {
     const About about(problem, config);
-    switch (problem.kind) {
-    case GPOM_WIRE_PROBLEM_SCAN_TYPE:
-    case GPOM_WIRE_PROBLEM_POSE_TYPE:
-        return type_sentence(problem, about);
-    case GPOM_WIRE_PROBLEM_STAMP_UNIT:
-        return unit_sentence(problem, about);
-    case GPOM_WIRE_PROBLEM_SCAN_CRC_ZERO:
-    case GPOM_WIRE_PROBLEM_SCAN_CORRUPT:
-    case GPOM_WIRE_PROBLEM_SCAN_LENGTH:
-    case GPOM_WIRE_PROBLEM_SCAN_RANGES:
-    case GPOM_WIRE_PROBLEM_SCAN_SENSOR_ID:
-    case GPOM_WIRE_PROBLEM_SCAN_ANGLES:
-    case GPOM_WIRE_PROBLEM_SCAN_BEAM_TIMES:
-        return malformed_sentence(problem, about);
-    case GPOM_WIRE_PROBLEM_STAMP_RANGE:
-    case GPOM_WIRE_PROBLEM_SCAN_TOO_OLD:
-    case GPOM_WIRE_PROBLEM_SCAN_TOO_NEW:
-    case GPOM_WIRE_PROBLEM_SCAN_LOST:
-    case GPOM_WIRE_PROBLEM_SCAN_REPEATED:
-    case GPOM_WIRE_PROBLEM_SCAN_REORDERED:
-    case GPOM_WIRE_PROBLEM_SCAN_BACK:
-    case GPOM_WIRE_PROBLEM_SCAN_GAP:
-    case GPOM_WIRE_PROBLEM_POSE_TOO_NEW:
-        return order_sentence(problem, about);
-    case GPOM_WIRE_PROBLEM_POSE_LENGTH:
-    case GPOM_WIRE_PROBLEM_POSE_QUATERNION:
-    case GPOM_WIRE_PROBLEM_POSE_NOT_FINITE:
-    case GPOM_WIRE_PROBLEM_POSE_ORDER:
-    case GPOM_WIRE_PROBLEM_POSE_WILD:
-        return refused_pose_sentence(problem, about);
-    case GPOM_WIRE_PROBLEM_SILENT:
-    case GPOM_WIRE_PROBLEM_OTHER_CHANNEL:
-    case GPOM_WIRE_PROBLEM_TWO_MAPPERS:
-        return channel_sentence(problem, about);
-    case GPOM_WIRE_PROBLEM_QUERY_REFUSED:
-        return std::string("gpom.query_t on ") + config.publish.query + ": " + problem.text;
-    case GPOM_WIRE_PROBLEM_SCAN_OVERRUN:
-    case GPOM_WIRE_PROBLEM_SNAPSHOT_FAILED:
-    case GPOM_WIRE_PROBLEM_NOT_SENT:
-    case GPOM_WIRE_PROBLEM_DATAGRAMS_LOST:
-    case GPOM_WIRE_PROBLEM_DATAGRAMS_BAD:
-    case GPOM_WIRE_PROBLEM_MESSAGES_INCOMPLETE:
-    case GPOM_WIRE_PROBLEM_CAN_FRAMES:
-    case GPOM_WIRE_PROBLEM_CAN_BUS: {
-        const Drop &drop = kDrops[problem.i_drop];
-        return text("%.0f %s: ", problem.value, drop.name) + drop.remedy;
+    for (const Writer &writer : kWriters) {
+        if (writer.kind == problem.kind) {
+            return writer.write(problem, about);
+        }
     }
-    default:
-        return pose_sentence(problem, about, config);
-    }
+    return pose_sentence(problem, about);
 }
 
 } // namespace gpomd
