@@ -23,5 +23,11 @@ static void bot_pose_fields(gpom_cursor_t *c, gpom_wire_bot_pose_t *m)
     gpom_cursor_f64s(c, m->acceleration_mps2, 3);
 }
 
-GPOM_WIRE_DEFINE(planar_lidar, {GPOM_WIRE_PLANAR_LIDAR_FINGERPRINT, false})
-GPOM_WIRE_DEFINE(bot_pose, {GPOM_WIRE_BOT_POSE_FINGERPRINT, false})
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_planar_lidar_decode, gpom_wire_planar_lidar_t,
+                        planar_lidar_fields, GPOM_WIRE_PLANAR_LIDAR_FINGERPRINT, false)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_planar_lidar_encode, gpom_wire_planar_lidar_t,
+                        planar_lidar_fields, GPOM_WIRE_PLANAR_LIDAR_FINGERPRINT, false)
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_bot_pose_decode, gpom_wire_bot_pose_t, bot_pose_fields,
+                        GPOM_WIRE_BOT_POSE_FINGERPRINT, false)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_bot_pose_encode, gpom_wire_bot_pose_t, bot_pose_fields,
+                        GPOM_WIRE_BOT_POSE_FINGERPRINT, false)

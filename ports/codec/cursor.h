@@ -65,27 +65,31 @@ void gpom_cursor_times(gpom_cursor_t *c, gpom_wire_times_t *times);
 /** n bytes: a view into the message when reading, copied into it when writing. */
 void gpom_cursor_bytes_view(gpom_cursor_t *c, const uint8_t **bytes, uint32_t n);
 
-/** Defines gpom_wire_<name>_decode() and _encode() from <name>_fields(), the list of fields. */
-#define GPOM_WIRE_DEFINE(name, ...)                                                                \
-    gpom_wire_fault_t gpom_wire_##name##_decode(gpom_wire_##name##_t *message,                     \
-                                                const uint8_t *bytes, size_t n_bytes)              \
+/** Defines the function `decode` that reads a message of type `message_t`; `fields` lists its
+ *  fields. Names are given whole, so that a search finds them. */
+#define GPOM_WIRE_DEFINE_DECODE(decode, message_t, fields, fingerprint, has_crc)                   \
+    gpom_wire_fault_t decode(message_t *message, const uint8_t *bytes, size_t n_bytes)             \
     {                                                                                              \
         if (message == NULL || bytes == NULL) {                                                    \
             return GPOM_WIRE_ARG;                                                                  \
         }                                                                                          \
-        gpom_cursor_t cursor = gpom_cursor_read(bytes, n_bytes, (gpom_wire_type_t)__VA_ARGS__);    \
-        name##_fields(&cursor, message);                                                           \
+        const gpom_wire_type_t type = {fingerprint, has_crc};                                      \
+        gpom_cursor_t cursor = gpom_cursor_read(bytes, n_bytes, type);                             \
+        fields(&cursor, message);                                                                  \
         return gpom_cursor_end(&cursor);                                                           \
-    }                                                                                              \
-    size_t gpom_wire_##name##_encode(const gpom_wire_##name##_t *message, uint8_t *bytes,          \
-                                     size_t n_bytes)                                               \
+    }
+
+/** The same of the function `encode` that writes it. */
+#define GPOM_WIRE_DEFINE_ENCODE(encode, message_t, fields, fingerprint, has_crc)                   \
+    size_t encode(const message_t *message, uint8_t *bytes, size_t n_bytes)                        \
     {                                                                                              \
         if (message == NULL || bytes == NULL) {                                                    \
             return 0;                                                                              \
         }                                                                                          \
-        gpom_wire_##name##_t fields = *message;                                                    \
-        gpom_cursor_t cursor = gpom_cursor_write(bytes, n_bytes, (gpom_wire_type_t)__VA_ARGS__);   \
-        name##_fields(&cursor, &fields);                                                           \
+        message_t copy = *message;                                                                 \
+        const gpom_wire_type_t type = {fingerprint, has_crc};                                      \
+        gpom_cursor_t cursor = gpom_cursor_write(bytes, n_bytes, type);                            \
+        fields(&cursor, &copy);                                                                    \
         return gpom_cursor_bytes(&cursor);                                                         \
     }
 

@@ -59,7 +59,10 @@ static void map_fields(gpom_cursor_t *c, gpom_wire_map_t *m)
     cells_fields(c, m);
 }
 
-GPOM_WIRE_DEFINE(map, {GPOM_WIRE_MAP_FINGERPRINT, true})
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_map_decode, gpom_wire_map_t, map_fields,
+                        GPOM_WIRE_MAP_FINGERPRINT, true)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_map_encode, gpom_wire_map_t, map_fields,
+                        GPOM_WIRE_MAP_FINGERPRINT, true)
 
 uint8_t gpom_wire_probability_code(uint16_t probability_65535ths, uint8_t cls)
 {

@@ -62,8 +62,14 @@ static void answer_fields(gpom_cursor_t *c, gpom_wire_answer_t *m)
     }
 }
 
-GPOM_WIRE_DEFINE(query, {GPOM_WIRE_QUERY_FINGERPRINT, true})
-GPOM_WIRE_DEFINE(answer, {GPOM_WIRE_ANSWER_FINGERPRINT, true})
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_query_decode, gpom_wire_query_t, query_fields,
+                        GPOM_WIRE_QUERY_FINGERPRINT, true)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_query_encode, gpom_wire_query_t, query_fields,
+                        GPOM_WIRE_QUERY_FINGERPRINT, true)
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_answer_decode, gpom_wire_answer_t, answer_fields,
+                        GPOM_WIRE_ANSWER_FINGERPRINT, true)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_answer_encode, gpom_wire_answer_t, answer_fields,
+                        GPOM_WIRE_ANSWER_FINGERPRINT, true)
 
 gpom_wire_fault_t gpom_wire_query_decode_without_crc(gpom_wire_query_t *message,
                                                      const uint8_t *bytes, size_t n_bytes)

@@ -15,4 +15,7 @@ static void scan_fields(gpom_cursor_t *c, gpom_wire_scan_t *m)
     gpom_cursor_floats(c, &m->ranges_m);
 }
 
-GPOM_WIRE_DEFINE(scan, {GPOM_WIRE_SCAN_FINGERPRINT, true})
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_scan_decode, gpom_wire_scan_t, scan_fields,
+                        GPOM_WIRE_SCAN_FINGERPRINT, true)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_scan_encode, gpom_wire_scan_t, scan_fields,
+                        GPOM_WIRE_SCAN_FINGERPRINT, true)

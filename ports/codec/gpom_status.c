@@ -29,7 +29,10 @@ static void status_fields(gpom_cursor_t *c, gpom_wire_status_t *m)
     }
 }
 
-GPOM_WIRE_DEFINE(status, {GPOM_WIRE_STATUS_FINGERPRINT, true})
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_status_decode, gpom_wire_status_t, status_fields,
+                        GPOM_WIRE_STATUS_FINGERPRINT, true)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_status_encode, gpom_wire_status_t, status_fields,
+                        GPOM_WIRE_STATUS_FINGERPRINT, true)
 
 void gpom_wire_count_beams(const gpom_stats_t *stats, int64_t *counts)
 {

@@ -38,6 +38,15 @@ static void occupancy_grid_fields(gpom_cursor_t *c, gpom_wire_occupancy_grid_t *
     gpom_cursor_bytes_view(c, &m->cells, n_cells);
 }
 
-GPOM_WIRE_DEFINE(lidar, {GPOM_WIRE_LIDAR_FINGERPRINT, false})
-GPOM_WIRE_DEFINE(pose2d, {GPOM_WIRE_POSE2D_FINGERPRINT, false})
-GPOM_WIRE_DEFINE(occupancy_grid, {GPOM_WIRE_OCCUPANCY_GRID_FINGERPRINT, false})
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_lidar_decode, gpom_wire_lidar_t, lidar_fields,
+                        GPOM_WIRE_LIDAR_FINGERPRINT, false)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_lidar_encode, gpom_wire_lidar_t, lidar_fields,
+                        GPOM_WIRE_LIDAR_FINGERPRINT, false)
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_pose2d_decode, gpom_wire_pose2d_t, pose2d_fields,
+                        GPOM_WIRE_POSE2D_FINGERPRINT, false)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_pose2d_encode, gpom_wire_pose2d_t, pose2d_fields,
+                        GPOM_WIRE_POSE2D_FINGERPRINT, false)
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_occupancy_grid_decode, gpom_wire_occupancy_grid_t,
+                        occupancy_grid_fields, GPOM_WIRE_OCCUPANCY_GRID_FINGERPRINT, false)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_occupancy_grid_encode, gpom_wire_occupancy_grid_t,
+                        occupancy_grid_fields, GPOM_WIRE_OCCUPANCY_GRID_FINGERPRINT, false)

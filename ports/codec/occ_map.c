@@ -46,4 +46,7 @@ static void pixel_map_fields(gpom_cursor_t *c, gpom_wire_pixel_map_t *m)
     gpom_cursor_bytes_view(c, &m->pixels, m->n_bytes);
 }
 
-GPOM_WIRE_DEFINE(pixel_map, {GPOM_WIRE_PIXEL_MAP_FINGERPRINT, false})
+GPOM_WIRE_DEFINE_DECODE(gpom_wire_pixel_map_decode, gpom_wire_pixel_map_t, pixel_map_fields,
+                        GPOM_WIRE_PIXEL_MAP_FINGERPRINT, false)
+GPOM_WIRE_DEFINE_ENCODE(gpom_wire_pixel_map_encode, gpom_wire_pixel_map_t, pixel_map_fields,
+                        GPOM_WIRE_PIXEL_MAP_FINGERPRINT, false)
