@@ -77,7 +77,7 @@ MODE += $(if $(SAN),-fsanitize=$(SAN) -fno-sanitize-recover=all)
 STREET := build/host-release/street
 
 WARN := -Wall -Wextra -Wshadow -Wconversion -Werror -Wno-psabi
-# Same numerics for everything that may inline a core header: see STYLE on fusing.
+# Same numerics for everything that may inline a core header: see CONTRIBUTING.md on fusing.
 NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES:auto=4) -DGPOM_FMA=$(FMA) \
              -DGPOM_MINNUM=$(MINNUM) -DGPOM_SPARSE=$(SPARSE) \
              $(if $(filter auto,$(LANES)),-DGPOM_DISPATCH=1)

@@ -49,7 +49,7 @@ typedef struct {
                                 Matern-1/2 and Askey at least 1e-5 sf2 if gap_m (1 - anisotropy) is
                                 0.05 or more. Float32 then keeps a probability within 0.01 (sigmoid
                                 as in the presets; not where a hit stands on the free segment of
-                                another beam: DESIGN.md, 5). */
+                                another beam: docs/decisions/float32.md). */
     float sn2_free;        /**< Noise variance of free points [1]; likewise. */
     float alpha;           /**< Slope of the sigmoid, eq. 7 [1]; 1e-6 .. 1e6. */
     float beta;            /**< Offset of the sigmoid, eq. 7 [1]; -1e6 .. 1e6. */
@@ -60,7 +60,7 @@ typedef struct {
     uint16_t n_free;       /**< Nearest free segments per query; >= 1. n_hits + n_free <= 64, with
                            GPOM_KERNEL_ASKEY and a sparse solve in the library <= 512. */
 
-    /* Beyond the paper's model; 0, the default, leaves each out exactly. See DESIGN.md, 4. */
+    /* Beyond the paper's model; 0, the default, leaves each out exactly. See docs/method.md. */
 
     uint16_t scan_points_max; /**< Of each kind at most this many points of one scan, out of the
                                    n + n / 2 nearest; 0 .. 64, 0: no cap. */

@@ -19,7 +19,7 @@ struct Margin {
 /// A beam speaks against a hit that it passes nearer than keep_m times this, and nearer than this
 /// share of the way it still has to go: beams that graze a wall run along it before they end
 /// there. Leaves and fences let beams through a hand's breadth beside a hit that will be hit again,
-/// so that wider margins cost accuracy outdoors (DESIGN.md).
+/// so that wider margins cost accuracy outdoors (docs/decisions/keeping-beams.md).
 constexpr Margin kPass = {0.15f, 0.05f};
 
 /// A hit that arrived and was confirmed takes away the free segments that pass it so near: wider

@@ -22,7 +22,7 @@ constexpr float kVarianceMax = 1e12f;
 
 /// A beam speaks against others if the standard deviation of its end is at most this many times
 /// keep_m. Errors of poses last: those of one drive are mostly common to a beam and to the hits it
-/// meets, so that it need not be known to a part of keep_m (DESIGN.md, 3).
+/// meets, so that it need not be known to a part of keep_m (docs/decisions/beam-noise.md).
 constexpr float kSureSpacings = 2.0f;
 
 /// The bits that stand for the nth time: on a circle of circumference 2^32, the sector in which the
