@@ -100,8 +100,8 @@ PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
 # --- Parts -------------------------------------------------------------------------------------
 
 help: ## List the targets
-	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(PARTS) | \
-	    awk -F '|' '{ printf "  %-18s %s\n", $$1, $$2 }'
+	@sed -n 's/^\([a-z][a-z_.-]*\):.*## \(.*\)/\1|\2/p' $(PARTS) | \
+	    awk -F '|' '{ printf "  %-21s %s\n", $$1, $$2 }'
 	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA SPARSE LOG DATA SKIP_BASE FUZZ_RUNS" \
 	    "FUZZ_SECONDS SOAK_S KILLS GARBAGE_BYTES PREFIX DESTDIR"
 .PHONY: help
@@ -115,4 +115,5 @@ include tools/make/tests.mk
 include tools/make/firmware.mk
 include tools/make/bench.mk
 include tools/make/install.mk
+include tools/make/dev.mk
 PARTS := $(filter Makefile %.mk,$(MAKEFILE_LIST))

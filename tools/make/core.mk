@@ -13,15 +13,7 @@ ISA_OBJ    := $(if $(filter auto,$(LANES)),$(BUILD)/obj/src/query/answer_avx2.o 
 
 lib: $(BUILD)/libgpom.a $(if $(filter 1,$(BARE))$(SAN),,$(BUILD)/libgpom.so) ## Build the library
 
-check-symbols: $(BUILD)/libgpom_device.a $(BUILD)/libgpom_can.a
-check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in library or codec
-	$(Q)python3 tools/dev/check_symbols.py --objdump $(OBJDUMP) \
-	    $(if $(filter 1,$(SPARSE)),--sparse) $(BUILD)/libgpom.a
-	$(Q)python3 tools/dev/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_codec.a
-	$(Q)python3 tools/dev/check_symbols.py --objdump $(OBJDUMP) --port $(BUILD)/libgpom_device.a
-	$(Q)python3 tools/dev/check_symbols.py --objdump $(OBJDUMP) $(BUILD)/libgpom_can.a
-
-.PHONY: lib check-symbols
+.PHONY: lib
 
 # On a microcontroller what runs seldom, or is short, is compiled for size; on the smallest one also
 # what costs few instructions for its bytes.

@@ -72,5 +72,9 @@ $(BUILD)/target_tests.elf: $(TARGET_OBJ) $(LCM_OBJ) $(BUILD)/libgpom_device.a \
 	$(call link,$(CXX) $(TARGET_LINK) -T $(filter %.ld,$^),-lm)
 
 # QEMU loads this into itself, so it is always for the host.
-build/host-release/libicount.so: ports/cortex_m/icount_plugin.c | build/setup/base
-	$(call link,cc -std=c99 -O2 $(WARN) -shared -fPIC,$<)
+PLUGIN_OBJ := build/host-release/obj/ports/cortex_m/icount_plugin.o
+PLUGIN_FLAGS := -std=c99 -O2 $(WARN) -fPIC
+$(PLUGIN_OBJ): ports/cortex_m/icount_plugin.c | build/setup/base
+	$(call compile,cc $(PLUGIN_FLAGS))
+build/host-release/libicount.so: $(PLUGIN_OBJ)
+	$(call link,cc $(PLUGIN_FLAGS) -shared)

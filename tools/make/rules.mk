@@ -2,9 +2,18 @@
 
 objects = $(patsubst %,$(BUILD)/obj/%.o,$(basename $(1)))
 
+# [n/m]: objects that this make compiles, so far of all. A dry run counts them when the first one
+# begins: a make with nothing to compile does not pay for it. V=1 shows the commands instead.
+started :=
+COUNT_OBJECTS = env -u MAKEFLAGS -u MFLAGS -u MAKELEVEL $(firstword $(MAKE)) -n -j1 \
+    $(if $(findstring B,$(firstword -$(MAKEFLAGS))),-B) $(MAKEOVERRIDES) MAKE=: n_to_compile=0 \
+    $(MAKECMDGOALS) 2>/dev/null | grep -c -e ' -MMD -MP -c '
+n_to_compile = $(eval n_to_compile := $(shell $(COUNT_OBJECTS)))$(n_to_compile)
+progress = $(eval started += x)[$(words $(started))/$(n_to_compile)]
+
 define compile # compiler and flags; source, if not the first prerequisite
 	@mkdir -p $(@D)
-	$(if $(V),,@echo "  CC   $@")
+	$(if $(V),,@echo "  CC   $(progress) $@")
 	$(Q)$(1) -MMD -MP -c $(or $(2),$<) -o $@
 endef
 
@@ -31,11 +40,14 @@ build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt
 	$(Q)tools/setup $*
 
 # Objects are made again when a flag changes, not only when a file does.
+FLAGS := $(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)
+ifneq ($(strip $(file <$(BUILD)/flags)),$(strip $(FLAGS)))
 $(BUILD)/flags: FORCE
+endif
+$(BUILD)/flags:
 	@mkdir -p $(@D)
-	@echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' | cmp -s - $@ || \
-	    echo '$(CC) $(CXX) $(CORE_FLAGS) $(HOST_FLAGS)' > $@
+	@echo '$(FLAGS)' > $@
 .PHONY: FORCE
 
--include $(wildcard $(foreach i,obj target,$(BUILD)/$(i)/*/*.d $(BUILD)/$(i)/*/*/*.d \
-    $(BUILD)/$(i)/*/*/*/*.d))
+-include $(wildcard $(foreach i,$(BUILD)/obj $(BUILD)/target build/host-fuzz/obj,$(i)/*/*.d \
+    $(i)/*/*/*.d $(i)/*/*/*/*.d))

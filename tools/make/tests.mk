@@ -1,4 +1,4 @@
-# Test programs for this machine and other processors, fuzzers, the runner, lint.
+# Test programs for this machine and other processors, fuzzers, the runner.
 
 UNIT_SRC  := $(wildcard tests/common/*.cpp tests/unit/*/*.cpp tests/host/*.cpp \
                tests/tools/*.cpp)
@@ -17,8 +17,6 @@ CAN_TEST_OBJ   := $(call objects,$(wildcard tests/can/*.cpp))
 LINUX_TEST_OBJ := $(call objects,$(wildcard tests/linux/test_*.cpp))
 LIBRARY_MAP_OBJ := $(call objects,tests/linux/library_map.cpp)
 FUZZERS   := $(patsubst tests/fuzz/%.cpp,build/host-fuzz/%,$(wildcard tests/fuzz/*.cpp))
-FUZZ_FLAGS := -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all \
-              -I$(CURDIR)/include -I$(CURDIR)
 
 RUN_TESTS = SEED=$(SEED) EXEC="$(EXEC)" GPOM_DATA=$(abspath $(DATA)) \
             GPOM_BUILD=$(abspath build/host-release) FUZZ_RUNS=$(FUZZ_RUNS) \
@@ -41,13 +39,7 @@ test-can: can-tests build/setup/can ## Test CAN: frames, and gpomd on vcan or in
 fuzz: fuzzers ## Fuzz each decoder: FUZZ_RUNS inputs, or FUZZ_SECONDS
 	$(Q)$(RUN_TESTS) fuzz
 
-lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
-	$(Q)python3 tools/dev/lint.py format rules tidy
-
-format: build/setup/lint ## Format all C and C++ sources in place
-	$(Q)python3 tools/dev/lint.py reformat
-
-.PHONY: test test-all test-can fuzz lint format test-programs unit tsan codec-tests linux-tests \
+.PHONY: test test-all test-can fuzz test-programs unit tsan codec-tests linux-tests \
         can-tests fuzzers processors
 
 test-programs: lib tools unit codec-tests linux-tests $(BUILD)/api_c99 $(BUILD)/template_test \
@@ -73,11 +65,12 @@ fuzzers: $(FUZZERS)
 ARM64      := CROSS=aarch64-linux-gnu- CPU=armv8-a LANES=4 FMA=0
 BIG_ENDIAN := CROSS=s390x-linux-gnu- CPU=s390x LANES=1 FMA=0
 processors: $(BUILD)/snapshot_bytes ## Build tests for 64-bit Arm and a big-endian processor
-	$(Q)if tools/setup processors; then \
+	$(Q)tools/setup processors || { rm -f build/setup/processors; \
+	    echo "no cross compilers: tests on other processors will be skipped"; }
+	$(Q)if [ -e build/setup/processors ]; then \
 	    $(MAKE) $(ARM64) $(addprefix build/aarch64-linux-gnu-armv8-a/,snapshot_bytes \
 	        core_tests api_c99) && \
-	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; \
-	else echo "no cross compilers: tests on other processors will be skipped"; fi
+	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; fi
 
 $(TEST_OBJ) $(SNAPSHOT_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ) \
     $(CAN_TEST_OBJ) $(LINUX_TEST_OBJ) $(LIBRARY_MAP_OBJ): $(BUILD)/flags | $(COMPILER)
@@ -137,10 +130,15 @@ $(BUILD)/library-map $(BUILD)/linux_tests: $(BUILD)/libgpom.a $(BUILD)/libgpom_c
 	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.
-FUZZED_SRC := $(CODEC_SRC) $(CAN_SRC) ports/uart/frame.c
-$(FUZZERS): build/host-fuzz/%: tests/fuzz/%.cpp tests/codec/types.cpp $(FUZZED_SRC) \
-    $(wildcard ports/*/*.h tests/codec/*.hpp include/gpom/*.h) | build/setup/fuzz
-	@mkdir -p $(@D)/$*_obj
-	$(if $(V),,@echo "  FUZZ $@")
-	$(Q)cd $(@D)/$*_obj && clang -std=c99 $(FUZZ_FLAGS) -c $(abspath $(FUZZED_SRC))
-	$(Q)clang++ -std=c++17 $(FUZZ_FLAGS) -o $@ $< tests/codec/types.cpp $(@D)/$*_obj/*.o -lz
+FUZZ_FLAGS := -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -Iinclude -I.
+fuzz_objects = $(patsubst %,build/host-fuzz/obj/%.o,$(basename $(1)))
+FUZZED_OBJ := $(call fuzz_objects,$(CODEC_SRC) $(CAN_SRC) ports/uart/frame.c)
+FUZZER_OBJ := $(call fuzz_objects,tests/codec/types.cpp $(wildcard tests/fuzz/*.cpp))
+$(FUZZED_OBJ) $(FUZZER_OBJ): | build/setup/fuzz
+$(FUZZED_OBJ): build/host-fuzz/obj/%.o: %.c
+	$(call compile,clang -std=c99 $(FUZZ_FLAGS))
+$(FUZZER_OBJ): build/host-fuzz/obj/%.o: %.cpp
+	$(call compile,clang++ -std=c++17 $(FUZZ_FLAGS))
+$(FUZZERS): build/host-fuzz/%: build/host-fuzz/obj/tests/fuzz/%.o \
+    build/host-fuzz/obj/tests/codec/types.o $(FUZZED_OBJ)
+	$(call link,clang++ $(FUZZ_FLAGS),-lz)
