@@ -23,7 +23,7 @@ bench: build/setup/bench $(BUILD)/speed bench-insert ## Compare with Eigen, nano
 	    --sklearn build/bench/sklearn.json --insert build/bench/insert-of-*.json | \
 	    tee build/bench/ratios.txt
 
-bench-insert: tools ## Time inserting scans into a map of 20,000 beams, one with room and a full one
+bench-insert: $(BUILD)/gpom-live ## Time inserting scans into a map of 20,000 beams, one with room and a full one
 	@mkdir -p build/bench
 	$(Q)for beam_max in 40000 20000; do \
 	    $(BUILD)/gpom-live insert --params tools/params/street.toml --keep 0.1 --kept 20000 --runs 3 \

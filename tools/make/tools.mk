@@ -18,7 +18,8 @@ results: tools build/setup/results bench ## Judge all methods, and their speed: 
 
 CARS = $(BUILD)/gpom-live cars --params tools/params/street.toml --scans 80 --keep 0.1 \
        $(if $(SEED),--seed $(SEED))
-demo-cars: tools ## Vehicles leave (spurious returns or not) or arrive on a street: build/demo-cars
+demo-cars: $(BUILD)/gpom-live build/setup/python
+demo-cars: ## Vehicles leave (spurious returns or not) or arrive on a street: build/demo-cars
 	@mkdir -p build/demo-cars
 	$(Q)$(CARS) --cars-leave-at 40 --json build/demo-cars/leave.json
 	$(Q)$(CARS) --cars-leave-at 40 --spurious 0.05 --json build/demo-cars/spurious.json
@@ -26,14 +27,16 @@ demo-cars: tools ## Vehicles leave (spurious returns or not) or arrive on a stre
 	$(Q)build/venv/bin/python tools/view/cars_picture.py $(foreach i,leave spurious arrive, \
 	    build/demo-cars/$i.json) --out build/demo-cars/map.png
 
-demo-doors: tools ## Doors in a live map, a low-resolution map and OctoMap: build/demo-doors
+demo-doors: $(BUILD)/gpom-live build/setup/python
+demo-doors: ## Doors in a live map, a low-resolution map and OctoMap: build/demo-doors
 	@mkdir -p build/demo-doors
 	$(Q)$(BUILD)/gpom-live door --params tools/params/indoor.toml $(if $(SEED),--seed $(SEED)) \
 	    --json build/demo-doors/doors.json
 	$(Q)for stage in past through; do build/venv/bin/python tools/view/door_picture.py \
 	    build/demo-doors/doors.json --stage $$stage --out build/demo-doors/$$stage.png || exit; done
 
-demo: tools ## Simulate or replay LOG, build a map, evaluate and plot it
+demo: $(foreach i,sim learn eval plot,$(BUILD)/gpom-$(i))
+demo: ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
 
 .PHONY: tools results demo-cars demo-doors demo
@@ -42,11 +45,15 @@ $(TOOL_OBJ) $(TOOL_PART_OBJ): $(BUILD)/flags | $(COMPILER)
 $(TOOL_OBJ) $(TOOL_PART_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 
-# gpom-some-tool is made from tools/gpom_some_tool.cpp.
-tool_object = $(BUILD)/obj/tools/$(subst -,_,$(notdir $(1))).o
-$(foreach i,$(TOOLS),$(eval $(i): $(call tool_object,$(i))))
+# gpom-some-tool is made from tools/gpom_some_tool.cpp and these folders of tools/, if not from all.
+FOLDERS_gpom-sim   := sim
+FOLDERS_gpom-query := map
+tool_objects = $(BUILD)/obj/tools/$(subst -,_,$(1)).o $(HOST_OBJ) \
+    $(if $(FOLDERS_$(1)),$(filter $(BUILD)/obj/tools/$(FOLDERS_$(1))/%,$(TOOL_PART_OBJ)), \
+    $(TOOL_PART_OBJ))
+$(foreach i,$(TOOLS),$(eval $(i): $(call tool_objects,$(notdir $(i)))))
 $(BUILD)/gpom-odometry: $(call objects,ports/linux/pose/odometry ports/linux/pose/pose_ring)
-$(TOOLS): $(TOOLS_LIB) $(BUILD)/libgpom.a
+$(TOOLS): $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),$(TOOL_LIBS) $(CORE_LIBS))
 $(foreach i,$(SCRIPTS),$(eval $(i): $(call script_of,$(notdir $(i)))))
 $(SCRIPTS): build/setup/python
