@@ -1,0 +1,54 @@
+# Times and instruction counts.
+
+BENCH_LIB := $(SCAN_LIB) $(call objects,$(patsubst %,tools/%.cpp,sim/street sim/street_drive \
+             sim/street_world sim/truth map/host_map) ports/host/params_toml ports/host/toml_table)
+BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
+# The solve alone, compiled as the hot path is; kernel_constants() comes from the same namespace.
+BENCH_ISAS := $(if $(filter auto,$(LANES)),avx2 avx512)
+BENCH_ISA_OBJ := $(foreach isa,$(BENCH_ISAS),$(BUILD)/obj/bench/solve_$(isa).o \
+                 $(BUILD)/obj/bench/kernel_$(isa).o)
+
+bench: build/setup/bench $(BUILD)/speed bench-insert ## Compare with Eigen, nanoflann, sklearn
+	@mkdir -p build/bench && rm -f build/bench/sklearn.json
+	$(Q)if build/venv/bin/python -c 'import sklearn' 2>/dev/null; then \
+	    $(BUILD)/speed --neighbourhoods build/bench/neighbourhoods.json && \
+	    build/venv/bin/python bench/sklearn_gp.py build/bench/neighbourhoods.json \
+	        build/bench/sklearn.json; \
+	else echo "bench: no scikit-learn in build/venv (tools/setup python results): left out"; fi
+	$(Q)GPOM_DATA=$(abspath $(DATA)) $(BUILD)/speed --benchmark_out=build/bench/speed.json \
+	    --benchmark_counters_tabular=true --benchmark_repetitions=5 \
+	    --benchmark_enable_random_interleaving=true --benchmark_report_aggregates_only=true \
+	    --benchmark_min_time=0.1 $(BENCH_FLAGS)
+	$(Q)python3 bench/ratios.py --speed build/bench/speed.json \
+	    --sklearn build/bench/sklearn.json --insert build/bench/insert-of-*.json | \
+	    tee build/bench/ratios.txt
+
+bench-insert: $(BUILD)/gpom-live ## Time inserting scans into a map of 20,000 beams, one with room and a full one
+	@mkdir -p build/bench
+	$(Q)for beam_max in 40000 20000; do \
+	    $(BUILD)/gpom-live insert --params tools/params/street.toml --keep 0.1 --kept 20000 --runs 3 \
+	        --beam-max $$beam_max --json build/bench/insert-of-$$beam_max.json || exit 1; \
+	done
+	$(Q)python3 bench/ratios.py --insert build/bench/insert-of-*.json
+
+bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
+	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
+
+.PHONY: bench bench-insert bench-instructions count-queries
+
+count-queries: build/setup/firmware
+	$(Q)$(MAKE) CROSS= CPU= LANES=1 FMA=0 BUILD=build/host-scalar build/host-scalar/count-queries
+
+$(BENCH_OBJ) $(BENCH_ISA_OBJ): $(BUILD)/flags | $(COMPILER)
+$(BENCH_OBJ): $(BUILD)/obj/%.o: %.cpp
+	$(call compile,$(CXX) $(HOST_FLAGS))
+$(BENCH_ISAS:%=$(BUILD)/obj/bench/solve_%.o): $(BUILD)/obj/bench/solve_%.o: bench/solve.cpp
+	$(call compile,$(CXX) $(HOST_FLAGS) $(ISA_$*))
+$(BENCH_ISAS:%=$(BUILD)/obj/bench/kernel_%.o): $(BUILD)/obj/bench/kernel_%.o: src/gp/kernel.cpp
+	$(call compile,$(CXX) $(HOST_FLAGS) $(ISA_$*))
+
+$(BUILD)/speed: $(BUILD)/obj/bench/speed.o $(BUILD)/obj/bench/solve.o $(BENCH_ISA_OBJ) \
+    $(BENCH_LIB) $(BUILD)/libgpom.a
+	$(call link,$(CXX) $(HOST_FLAGS),-lbenchmark -lz -lbz2 $(CORE_LIBS))
+$(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a
+	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))
