@@ -133,9 +133,9 @@ def test_header_and_gpom_watch_know_every_place_of_the_status():
 
 
 @pytest.mark.parametrize("name", status_words.COUNTS.values())
-def test_every_counter_has_a_row_in_the_readme(name):
+def test_every_counter_of_the_status_has_a_row_in_the_documents(name):
     """In the first column of the table of signs, under its own name."""
-    text = (ROOT / "ports" / "linux" / "README.md").read_text()
+    text = (ROOT / "docs" / "counters.md").read_text().partition("## Of gpomd and of devices")[2]
     rows = [line.split("|")[1] for line in text.splitlines() if line.startswith("| ")]
     assert any(f"`{name}`" in row for row in rows)
 

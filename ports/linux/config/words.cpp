@@ -17,7 +17,7 @@ namespace
 
 constexpr const char *kCanRemedy = "`candump` shows the frames; compare [can.odometry] with them";
 constexpr const char *kCanBusRemedy =
-    "`ip -details -statistics link show` tells more; ports/linux/README.md lists causes";
+    "`ip -details -statistics link show` tells more; docs/counters.md lists causes";
 constexpr const char *kForeignRemedy =
     "some program sends to LCM's address and port what is not LCM's; give LCM another port";
 constexpr const char *kFragmentRemedy =
