@@ -116,4 +116,5 @@ include tools/make/firmware.mk
 include tools/make/bench.mk
 include tools/make/install.mk
 include tools/make/dev.mk
+include tools/make/figures.mk
 PARTS := $(filter Makefile %.mk,$(MAKEFILE_LIST))

@@ -7,6 +7,19 @@ def results(run, tool, data, out, *more):
                *more)
 
 
+def check_order(text):
+    """Tables come first, then how they are judged, then the commands of each section, once."""
+    tables, _, rest = text.partition("\n## How it is judged\n")
+    method, _, commands = rest.partition("\n## Commands\n")
+    assert "\n## Is the GP ahead?\n" in tables and "| --- |" in tables
+    assert "gpom-" not in tables.replace("`gpom-", "")  # in words only, not as a command
+    assert "AUC: area under the ROC curve" in method and "| --- |" not in method + commands
+    assert commands.count("```\ngpom-") == 10
+    assert "### Streets, whole area\n\nAs for \"Streets, within 5 m of a beam\"." in commands
+    headings = [line.removeprefix("### ") for line in commands.splitlines() if line[:4] == "### "]
+    assert headings and all(f"\n## {heading}\n" in tables for heading in headings)
+
+
 def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool, log, tmp_path):
     (tmp_path / "seattle.log.gz").symlink_to(log("seattle.log.gz"))
     texts = []
@@ -25,7 +38,7 @@ def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool,
                   "gpom-eval log --scans $DATA/seattle.log.gz", "`$SEED` = 0, 1",
                   "| seattle | strong grid |", "| **mean** | OctoMap |"):
         assert words in text
-    assert text.count("```\ngpom-") == 11
+    check_order(text)
     assert text.count("| p = .5 at [m] |") == 4  # beams, runs, streets, live maps
     assert "| seattle | live map, learnt |" in text
     assert "| seattle | live map, indoor.toml |" in text

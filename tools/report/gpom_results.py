@@ -19,6 +19,7 @@ from tqdm import tqdm
 
 import live_section
 import odometry_section
+from results_layout import Commands, tables_first
 from results_tables import (PRESETS, Figures, ahead_table, cross_table, log_profile_table,
                             log_table, neighbour_table, solve_table, street_profile_table,
                             street_table, table_text)
@@ -232,15 +233,19 @@ def run_jobs(runner, jobs, n_streets, n_at_once):
 
 # ---- the document -------------------------------------------------------------------------------
 
-def commands_text(jobs, seeds=""):
+def commands_of(jobs, seeds=""):
     lines = list(dict.fromkeys(job.shown() for job in jobs))
-    return "```\n" + "\n".join(lines) + "\n```\n" + seeds
+    return Commands("```\n" + "\n".join(lines) + "\n```\n" + seeds)
 
 
-HEAD = """# Results
+INTRO = """# Results
 
-Written by `make results`; do not edit. `$DATA` is the folder of the logs (the variable DATA of
-make), `$STREETS/N.csv` and `N.pgm` come from `gpom-sim --seed N --out N.csv --truth N.pgm`.
+Written by `make results`; do not edit. Tables come first, then
+[how they are judged](#how-it-is-judged) and what the columns mean, then the [commands](#commands)
+that made each of them.
+"""
+
+METHOD = """## How it is judged
 
 A log: at most 600 scans, evenly taken. Split *beams*: each return makes the map with the
 probability *share* (1.0 stands for 0.9), 6000 of the others judge it: 3000 give an occupied point
@@ -274,6 +279,8 @@ from beams it leaves out, on streets too, where points behind walls are judged a
 where over 5 % of the occupied points have the least probability that a clamped map can give.
 """
 
+BENCH_COMMAND = "```\nmake bench\n```\n"
+
 SHARE_TITLES = {0.04: "4 %", 0.25: "25 %", 1.0: "100 % (90 % for the map)"}
 
 
@@ -295,7 +302,7 @@ def log_sections(figures, jobs, arguments, names):
     yield ahead_table(figures, [table for table, _ in tables], names)
     for table, title in tables:
         yield f"## {title}\n"
-        yield commands_text([job for job in jobs if job.table == table], seeds)
+        yield commands_of([job for job in jobs if job.table == table], seeds)
         yield log_table(figures, table, names)
         yield "Before and behind surfaces:\n"
         yield log_profile_table(figures, table, names)
@@ -304,25 +311,25 @@ def log_sections(figures, jobs, arguments, names):
 def street_sections(figures, jobs, streets, bench):
     for part, title in (("near", "within 5 m of a beam"), ("all", "whole area")):
         yield f"## Streets, {title}\n"
-        yield commands_text([job for job in jobs if job.table == "street"])
+        yield commands_of([job for job in jobs if job.table == "street"])
         yield "Cells: AUC / FP@95 / NLL; in brackets the spread over the streets.\n"
         yield street_table(figures, streets, part)
     yield "Before and behind the true surface, means over the streets:\n"
     yield street_profile_table(figures, streets)
     yield "## Few neighbours or all beams\n"
-    yield commands_text([job for job in jobs if job.table == "neighbours"])
+    yield commands_of([job for job in jobs if job.table == "neighbours"])
     yield ("The paper's section III.D: its model, in the map frame, from the nearest hits and free "
            "segments,\nagainst the dense one of all beams with eq. 10 in double precision; "
            "labels are 1 and -1.\n")
     yield neighbour_table(figures.reports["neighbours", "street 0", 0])
     yield "## Many neighbours\n"
-    yield commands_text([job for job in jobs if job.table == "many neighbours"])
+    yield commands_of([job for job in jobs if job.table == "many neighbours"])
     yield ("A covariance of compact support; up to 32 + 32 points solved dense, from 64 + 64 on "
            "sparse. 128 + 128 is\nthe row of 256 neighbours.\n")
     yield neighbour_table(figures.reports["many neighbours", "street 0", 0])
     if bench is not None:
         table, lanes = solve_table(bench)
-        yield "```\nmake bench\n```\n"
+        yield Commands(BENCH_COMMAND)
         yield (f"Time of a query by the sparse solve over that by the dense one, forced, with "
                f"{lanes} queries side by\nside, on 12,000 beams of sparse streets; the sparse "
                "solve takes them one by one. Below 1 it wins.\n")
@@ -341,7 +348,7 @@ def live_sections(figures, jobs, arguments, logs):
     n_few = len(live_section.few_seeds(arguments.live_seeds))
     if names:
         yield "## The live map: before and behind surfaces\n"
-        yield commands_text([job for job in jobs if job.table == live_section.LEARNT],
+        yield commands_of([job for job in jobs if job.table == live_section.LEARNT],
                             f"`$SEED` = 0 to {n_few - 1}\n")
         yield live_section.SURFACES_TEXT
         if SHARE_OF_LIVE not in arguments.fractions:
@@ -350,14 +357,14 @@ def live_sections(figures, jobs, arguments, logs):
             figures.reports, logs, lambda name: rival_entries(figures, name)))
     for trial in live_section.TRIALS if names else ():
         yield f"## The live map: {live_section.TITLES[trial]}\n"
-        yield commands_text([job for job in jobs if job.table == trial],
+        yield commands_of([job for job in jobs if job.table == trial],
                             f"`$SEED` = 0 to {arguments.live_seeds - 1}\n")
         for part in live_section.parts(trial, figures.reports, names):
             yield part if isinstance(part, str) else table_text(*part)
     yield from seams_and_doors(figures, jobs, arguments)
     if arguments.drive > 0:
         yield "## The live map: a long drive\n"
-        yield commands_text([job for job in jobs if job.table == "drive"])
+        yield commands_of([job for job in jobs if job.table == "drive"])
         yield table_text(*live_section.drive_table(figures.reports["drive", "town", 0]))
 
 
@@ -366,13 +373,13 @@ def seams_and_doors(figures, jobs, arguments):
     if seams:
         n_few = len(live_section.few_seeds(arguments.live_seeds))
         yield "## The live map: jumps\n"
-        yield commands_text(seams, f"`$SEED` = 0 to {n_few - 1}\n")
+        yield commands_of(seams, f"`$SEED` = 0 to {n_few - 1}\n")
         yield live_section.SEAMS_TEXT
         yield table_text(*live_section.seams_table(figures.reports))
     doors = [job for job in jobs if job.table == live_section.DOORS]
     if doors:
         yield "## The live map: doors\n"
-        yield commands_text(doors)
+        yield commands_of(doors)
         yield live_section.DOORS_TEXT
         yield table_text(*live_section.door_table(
             figures.reports[live_section.DOORS, "corridor", 0]))
@@ -385,8 +392,9 @@ def odometry_sections(figures, jobs, n_seeds):
     yield odometry_section.TEXT
     for drive in odometry_section.DRIVES:
         name = odometry_section.name(*drive)
-        yield commands_text([job for job in jobs if job.table == name],
+        yield commands_of([job for job in jobs if job.table == name],
                             f"`$SEED` = 0 to {n_seeds - 1}\n")
+        yield odometry_section.caption(*drive)
         yield table_text(*odometry_section.table(
             [figures.reports[name, "street", seed] for seed in range(n_seeds)]))
 
@@ -396,7 +404,7 @@ def speed_sections(bench):
     if bench is None:
         return
     yield "## Speed beside others\n"
-    yield "```\nmake bench\n```\n"
+    yield Commands(BENCH_COMMAND)
     yield SPEED
     lines = (bench / "ratios.txt").read_text(encoding="utf-8").splitlines()
     yield "\n".join(["```", *(line for line in lines if not line.startswith("n = ")), "```\n"])
@@ -405,13 +413,13 @@ def speed_sections(bench):
 def document(figures, jobs, arguments, logs):
     names = [log.name for log in logs]
     streets = [f"street {i}" for i in range(arguments.streets)]
-    parts = [HEAD]
+    intro, method, parts = INTRO, [METHOD], []
     absent = [log.name for log in LOGS if log.name not in names]
     if absent:
-        parts.append("Logs left out, not in the data folder: " + ", ".join(absent) + ".\n")
+        intro += "\nLogs left out, not in the data folder: " + ", ".join(absent) + ".\n"
     notes = dict.fromkeys(note for report in figures.reports.values()
                           for note in report.get("left_out", []))
-    parts += [f"Left out: {note}.\n" for note in notes]
+    method += [f"Left out: {note}.\n" for note in notes]
     if names:
         parts += log_sections(figures, jobs, arguments, names)
     if streets:
@@ -427,7 +435,7 @@ def document(figures, jobs, arguments, logs):
                   "NLL, from the runs above at 4 % and near beams. Bold: the preset for such\n"
                   "data, used on held-out runs; which one is best was seen here alone.\n",
                   cross_table(figures, shipped_presets(), places)]
-    return "\n".join(parts)
+    return tables_first(intro, parts, method)
 
 
 # ---- command line -------------------------------------------------------------------------------

@@ -19,6 +19,10 @@ def name(range_m, period_s):
     return f"odometry {range_m} {period_s}"
 
 
+def caption(range_m, period_s):
+    return f"Range {range_m} m, a pose every {period_s} s:\n"
+
+
 def words(range_m, period_s, seed):
     """Words of gpom-odometry."""
     return ("--params", PARAMS, "--range-max", str(range_m), "--period", str(period_s), "--seed",
