@@ -94,7 +94,7 @@ C99_FLAGS  := -std=c99 -pedantic-errors $(COMMON) $(CFLAGS)
 # The codec is part of the firmware: the same rules as for the core, in C.
 CODEC_FLAGS := -std=c99 -pedantic-errors $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \
                -ffunction-sections -fdata-sections -fvisibility=hidden $(CFLAGS)
-PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
+PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) -Ibuild/host-release/include \
               -ffunction-sections -fdata-sections $(CFLAGS)
 
 # --- Sources -----------------------------------------------------------------------------------
@@ -106,7 +106,7 @@ CORE_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),src/gp/spars
 # What every program with the library in it is linked with.
 CORE_LIBS := $(if $(filter 1,$(SPARSE)),-lldl -lamd) -lm
 LCM_TOOL_SRC := tools/gpom_replay.cpp tools/gpom_bridge.cpp # built of the daemon's parts
-TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
+TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC) tools/gpom_params.cpp,$(wildcard tools/gpom_*.cpp))
 # The hot path once more for each instruction set, in a namespace of its own.
 ISA_avx2   := -Dgpom=gpom_avx2 -UGPOM_LANES -DGPOM_LANES=8 -UGPOM_FMA -DGPOM_FMA=1 -mavx2 -mfma
 ISA_avx512 := -Dgpom=gpom_avx512 -UGPOM_LANES -DGPOM_LANES=16 -UGPOM_FMA -DGPOM_FMA=1 \
@@ -515,12 +515,10 @@ $(BUILD)/tsan_tests: $(TSAN_OBJ) $(BUILD)/libgpom.a
 	$(if $(V),,@echo "  LD   $@")
 	$(Q)$(CXX) $(HOST_FLAGS) -o $@ $^ $(CORE_LIBS)
 
-$(STREET)/street.h: tools/dev/street_header.py tools/params/street.toml \
-    tests/firmware/scans.csv tests/firmware/points.csv
+$(STREET)/street.h: tools/dev/street_header.py tests/firmware/scans.csv tests/firmware/points.csv
 	@mkdir -p $(@D)
-	$(Q)python3 tools/dev/street_header.py tests/firmware/scans.csv tools/params/street.toml \
-	    tests/firmware/points.csv $@
-$(PORT_OBJ): $(STREET)/street.h
+	$(Q)python3 tools/dev/street_header.py tests/firmware/scans.csv tests/firmware/points.csv $@
+$(PORT_OBJ): $(STREET)/street.h | presets
 
 LD_SCRIPT := ports/cortex_m/mps2_an500.ld
 CORTEX_M := $(BUILD)/obj/ports/cortex_m
@@ -571,3 +569,5 @@ build/host-release/libicount.so: ports/cortex_m/icount_plugin.c | build/setup/ba
 
 -include $(wildcard $(foreach i,obj target,$(BUILD)/$(i)/*/*.d $(BUILD)/$(i)/*/*/*.d \
     $(BUILD)/$(i)/*/*/*/*.d))
+
+include tools/make/params.mk
