@@ -3,11 +3,14 @@
 # what there is. Only tools/setup touches the network.
 
 CROSS  ?=
-CPU    ?= cortex-m7
-# 1: a microcontroller, without operating system; 0: this machine, or another that runs Linux.
-BARE   := $(if $(CROSS),$(if $(filter armv8-a s390x,$(CPU)),0,1),0)
+# Any processor with its flags, CPU_FLAGS="-mcpu=cortex-m33 ..."; of some the flags are known below.
+# CPU is then but a name, which the build directory has.
+CPU    ?= $(if $(CPU_FLAGS),other,cortex-m7)
+# 1: a microcontroller, without operating system, as the names of its compilers tell
+# (arm-none-eabi-, riscv32-unknown-elf-); 0: this machine, or another that runs Linux.
+BARE   ?= $(if $(filter %-none-eabi- %-elf-,$(CROSS)),1,0)
 CONFIG ?= $(if $(CROSS),$(CPU),release)
-BUILD  ?= build/$(or $(CROSS:%-=%),host)-$(CONFIG)
+BUILD  ?= build/$(or $(patsubst %-,%,$(notdir $(CROSS))),host)-$(CONFIG)
 # Queries side by side: a number, or auto: chosen at run time from SSE2, AVX2 and AVX-512.
 ISA    := $(if $(CROSS),$(CPU),$(shell uname -m))
 LANES  ?= $(if $(filter 1,$(BARE)),1,$(if $(filter x86_64,$(ISA)),auto,4))
@@ -59,8 +62,8 @@ CPU_cortex-m4 := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
 CPU_armv8-a   := -march=armv8-a
 CPU_s390x     := -march=z196
 ifneq ($(CROSS),)
-CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4, \
-             armv8-a or s390x))
+CPU_FLAGS ?= $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4, \
+             armv8-a or s390x, or give any other one by its flags: CPU_FLAGS="-mcpu=..."))
 export CCACHE_DISABLE := 1 # it would not keep the call graphs
 MODE_bare := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-unwind-tables \
              -fstack-usage -fcallgraph-info=su
@@ -170,7 +173,7 @@ BENCH_ISA_OBJ := $(foreach isa,$(BENCH_ISAS),$(BUILD)/obj/bench/solve_$(isa).o \
 help: ## List the targets
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
 	    awk -F '|' '{ printf "  %-15s %s\n", $$1, $$2 }'
-	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA SPARSE LOG DATA SKIP_BASE FUZZ_RUNS" \
+	@echo "Variables: CROSS CPU CPU_FLAGS BARE CONFIG EXEC SAN SEED V LANES FMA SPARSE LOG DATA SKIP_BASE FUZZ_RUNS" \
 	    "FUZZ_SECONDS SOAK_S KILLS GARBAGE_BYTES PREFIX DESTDIR"
 
 lib: $(BUILD)/libgpom.a $(if $(filter 1,$(BARE))$(SAN),,$(BUILD)/libgpom.so) ## Build the library
