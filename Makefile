@@ -24,6 +24,7 @@ LOG    ?=
 DATA   ?= ../shared/data
 PREFIX ?= /usr/local
 DESTDIR ?=
+SYSCONFDIR ?= $(if $(filter /usr,$(PREFIX)),/etc,$(PREFIX)/etc)
 LCM_GEN ?= lcm-gen
 SOAK_S ?= 600
 KILLS  ?= 200
@@ -34,6 +35,9 @@ SKIP_BASE ?=
 comma  := ,
 SAN    ?= $(if $(filter sanitize,$(CONFIG)),address$(comma)undefined)$(if \
           $(filter thread,$(CONFIG)),thread)
+# 1: the shared library, too. And what make install brings: 1: daemon and tools, too.
+SHARED ?= $(if $(filter 1,$(BARE))$(SAN),0,1)
+PROGRAMS ?= $(if $(CROSS),0,1)
 EIGEN  ?= /usr/include/eigen3
 
 ifeq ($(origin CC),default) # ?= would not override make's built-in value
@@ -173,10 +177,11 @@ BENCH_ISA_OBJ := $(foreach isa,$(BENCH_ISAS),$(BUILD)/obj/bench/solve_$(isa).o \
 help: ## List the targets
 	@sed -n 's/^\([a-z][a-z-]*\):.*## \(.*\)/\1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
 	    awk -F '|' '{ printf "  %-15s %s\n", $$1, $$2 }'
-	@echo "Variables: CROSS CPU CPU_FLAGS BARE CONFIG EXEC SAN SEED V LANES FMA SPARSE LOG DATA SKIP_BASE FUZZ_RUNS" \
-	    "FUZZ_SECONDS SOAK_S KILLS GARBAGE_BYTES PREFIX DESTDIR"
+	@echo "Variables: CROSS CPU CPU_FLAGS BARE CONFIG EXEC SAN SEED V LANES FMA SPARSE SHARED LOG" \
+	    "DATA SKIP_BASE FUZZ_RUNS FUZZ_SECONDS SOAK_S KILLS GARBAGE_BYTES PREFIX DESTDIR" \
+	    "SYSCONFDIR PROGRAMS"
 
-lib: $(BUILD)/libgpom.a $(if $(filter 1,$(BARE))$(SAN),,$(BUILD)/libgpom.so) ## Build the library
+lib: $(BUILD)/libgpom.a $(if $(filter 1,$(SHARED)),$(BUILD)/libgpom.so) ## Build the library
 
 tools: $(TOOLS) $(SCRIPTS) ## Build the host tools
 
@@ -281,8 +286,13 @@ test-firmware: test-firmware-programs ## Run the images in QEMU: results, counts
 demo-firmware: firmware firmware-host ## A street over LCM and a UART into QEMU: build/demo-firmware
 	$(Q)GPOM_BUILD=$(abspath $(BUILD)) tools/demo_firmware
 
-install: lib ## Install headers, libraries, pkg-config file, CMake package: PREFIX, DESTDIR
-	$(Q)tools/install/install $(BUILD) "$(DESTDIR)$(PREFIX)" "$(CORE_LIBS)"
+# Of Python only what draws: it runs with the user's Python, not with build/venv.
+INSTALLED = $(if $(filter 1,$(PROGRAMS)),$(TOOLS) \
+            $(addprefix $(BUILD)/,gpom-params gpomd gpom-replay gpom-bridge))
+install: lib presets $(INSTALLED) ## Install library, presets, programs: PREFIX, DESTDIR, SHARED=0
+	$(Q)BUILD=$(BUILD) PREFIX="$(PREFIX)" DESTDIR="$(DESTDIR)" SYSCONFDIR="$(SYSCONFDIR)" \
+	    PRESETS=$(PRESETS)/gpom/presets SHARED=$(SHARED) PROGRAMS="$(INSTALLED)" \
+	    LIBRARIES="$(CORE_LIBS)" tools/install/install
 
 clean: ## Remove what was built, keep the installed Python environment
 	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/aarch64-linux-gnu-* build/s390x-linux-gnu-*
@@ -574,3 +584,4 @@ build/host-release/libicount.so: ports/cortex_m/icount_plugin.c | build/setup/ba
     $(BUILD)/$(i)/*/*/*/*.d))
 
 include tools/make/params.mk
+include tools/make/examples.mk
