@@ -4,11 +4,14 @@
 # rules are in tools/make/, one part for each purpose.
 
 CROSS  ?=
-CPU    ?= cortex-m7
-# 1: a microcontroller, without operating system; 0: this machine, or another that runs Linux.
-BARE   := $(if $(CROSS),$(if $(filter armv8-a s390x,$(CPU)),0,1),0)
+# Any processor with its flags, CPU_FLAGS="-mcpu=cortex-m33 ..."; of some the flags are known below.
+# CPU is then but a name, which the build directory has.
+CPU    ?= $(if $(CPU_FLAGS),other,cortex-m7)
+# 1: a microcontroller, without operating system, as the names of its compilers tell
+# (arm-none-eabi-, riscv32-unknown-elf-); 0: this machine, or another that runs Linux.
+BARE   ?= $(if $(filter %-none-eabi- %-elf-,$(CROSS)),1,0)
 CONFIG ?= $(if $(CROSS),$(CPU),release)
-BUILD  ?= build/$(or $(CROSS:%-=%),host)-$(CONFIG)
+BUILD  ?= build/$(or $(patsubst %-,%,$(notdir $(CROSS))),host)-$(CONFIG)
 # Queries side by side: a number, or auto: chosen at run time from SSE2, AVX2 and AVX-512.
 ISA    := $(if $(CROSS),$(CPU),$(shell uname -m))
 LANES  ?= $(if $(filter 1,$(BARE)),1,$(if $(filter x86_64,$(ISA)),auto,4))
@@ -22,6 +25,7 @@ LOG    ?=
 DATA   ?= ../shared/data
 PREFIX ?= /usr/local
 DESTDIR ?=
+SYSCONFDIR ?= $(if $(filter /usr,$(PREFIX)),/etc,$(PREFIX)/etc)
 LCM_GEN ?= lcm-gen
 SOAK_S ?= 600
 KILLS  ?= 200
@@ -32,6 +36,9 @@ SKIP_BASE ?=
 comma  := ,
 SAN    ?= $(if $(filter sanitize,$(CONFIG)),address$(comma)undefined)$(if \
           $(filter thread,$(CONFIG)),thread)
+# 1: the shared library, too. And what make install brings: 1: daemon and tools, too.
+SHARED ?= $(if $(filter 1,$(BARE))$(SAN),0,1)
+PROGRAMS ?= $(if $(CROSS),0,1)
 EIGEN  ?= /usr/include/eigen3
 
 ifeq ($(origin CC),default) # ?= would not override make's built-in value
@@ -60,8 +67,8 @@ CPU_cortex-m4 := -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
 CPU_armv8-a   := -march=armv8-a
 CPU_s390x     := -march=z196
 ifneq ($(CROSS),)
-CPU_FLAGS := $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4, \
-             armv8-a or s390x))
+CPU_FLAGS ?= $(or $(CPU_$(CPU)),$(error CPU=$(CPU) is unknown; use cortex-m7, cortex-m4, \
+             armv8-a or s390x, or give any other one by its flags: CPU_FLAGS="-mcpu=..."))
 export CCACHE_DISABLE := 1 # it would not keep the call graphs
 MODE_bare := -O2 -DNDEBUG -DEIGEN_NO_DEBUG -DGPOM_ASSERTS=0 -fno-asynchronous-unwind-tables \
              -fstack-usage -fcallgraph-info=su
@@ -94,7 +101,7 @@ C99_FLAGS  := -std=c99 -pedantic-errors $(COMMON) $(CFLAGS)
 # The codec is part of the firmware: the same rules as for the core, in C.
 CODEC_FLAGS := -std=c99 -pedantic-errors $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \
                -ffunction-sections -fdata-sections -fvisibility=hidden $(CFLAGS)
-PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
+PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) -Ibuild/host-release/include \
               -ffunction-sections -fdata-sections $(CFLAGS)
 
 # --- Parts -------------------------------------------------------------------------------------
@@ -102,8 +109,9 @@ PORT_FLAGS := -std=c99 -ffreestanding $(COMMON) -I$(STREET) \
 help: ## List the targets
 	@sed -n 's/^\([a-z][a-z_.-]*\):.*## \(.*\)/\1|\2/p' $(PARTS) | \
 	    awk -F '|' '{ printf "  %-21s %s\n", $$1, $$2 }'
-	@echo "Variables: CROSS CPU CONFIG EXEC SAN SEED V LANES FMA SPARSE LOG DATA SKIP_BASE FUZZ_RUNS" \
-	    "FUZZ_SECONDS SOAK_S KILLS GARBAGE_BYTES PREFIX DESTDIR"
+	@echo "Variables: CROSS CPU CPU_FLAGS BARE CONFIG EXEC SAN SEED V LANES FMA SPARSE SHARED LOG" \
+	    "DATA SKIP_BASE FUZZ_RUNS FUZZ_SECONDS SOAK_S KILLS GARBAGE_BYTES PREFIX DESTDIR" \
+	    "SYSCONFDIR PROGRAMS"
 .PHONY: help
 .DEFAULT_GOAL := help
 
@@ -117,4 +125,6 @@ include tools/make/bench.mk
 include tools/make/install.mk
 include tools/make/dev.mk
 include tools/make/figures.mk
+include tools/make/params.mk
+include tools/make/examples.mk
 PARTS := $(filter Makefile %.mk,$(MAKEFILE_LIST))

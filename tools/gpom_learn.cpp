@@ -4,9 +4,9 @@
 #include "ports/host/progress.hpp"
 #include "ports/host/scan_options.hpp"
 #include "tools/learn/lml.hpp"
-#include "tools/learn/params_writer.hpp"
 #include "tools/learn/report.hpp"
 #include "tools/map/map_options.hpp"
+#include "tools/params_tool/writer.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -96,7 +96,8 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--record", options.record_path,
                    "The same as a binary record for gpom_params_load()")
         ->type_name("FILE");
-    app.add_option("--header", options.header_path, "The same as a C header for firmware")
+    app.add_option("--header", options.header_path,
+                   "The same as a C header for firmware: the constant\ngpom_params_learnt")
         ->type_name("FILE");
     app.add_option("--kernel", options.kernel,
                    "nn, matern12, matern32, se, askey, or all: the best on held-out places")
@@ -308,13 +309,13 @@ std::string how_learnt(const Options &options, const LearnData &data)
 std::vector<FileContent> files_of(const Options &options, const LearntParams &params,
                                   const std::string &comment)
 {
-    static_cast<void>(to_library(params)); // refused values leave no file
-    std::vector<FileContent> files = {{options.out_path, params_toml(params, comment)}};
+    const gpom_params_t written = to_six_digits(params); // refused values leave no file
+    std::vector<FileContent> files = {{options.out_path, params_toml(written, comment)}};
     if (!options.record_path.empty()) {
-        files.push_back({options.record_path, params_record(params)});
+        files.push_back({options.record_path, params_record(written)});
     }
     if (!options.header_path.empty()) {
-        files.push_back({options.header_path, params_header(params, comment)});
+        files.push_back({options.header_path, params_header(written, "learnt", comment)});
     }
     return files;
 }

@@ -4,6 +4,7 @@
  * done after each scan; then points are asked for, with 8 + 8 neighbours and with 16 + 16, of the
  * street preset and of the default hyperparameters. Each interval prints "count NAME UNITS".
  */
+#include "gpom/presets/street.h"
 #include "ports/cortex_m/device_limits.h"
 #include "ports/cortex_m/semihosting.h"
 #include "street.h"
@@ -135,7 +136,7 @@ static gpom_map_t *query_street(const gpom_params_t *params, uint16_t n_each, co
 
 int main(void)
 {
-    gpom_map_t *map = make_map(&street_params, 8);
+    gpom_map_t *map = make_map(&gpom_params_street, 8);
     for (int i = 0; i < STREET_SCANS - 1; ++i) {
         insert_scan(map, i, "insert");
         step(map, 16);
@@ -143,7 +144,7 @@ int main(void)
     insert_scan(map, STREET_SCANS - 1, "insert");
     refresh(map, 16, "refresh");
     query(map, "query_8+8");
-    (void)query_street(&street_params, MANY, "query_16+16");
+    (void)query_street(&gpom_params_street, MANY, "query_16+16");
     gpom_params_t plain; /* Matern-1/2 */
     gpom_params_init(&plain);
     map = query_street(&plain, 8, "query_plain_8+8");

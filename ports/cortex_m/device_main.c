@@ -1,4 +1,5 @@
 /* The image of a real device: scans come over UART 0, the map goes back (ports/uart/device.h). */
+#include "gpom/presets/street.h"
 #include "ports/cortex_m/device_limits.h"
 #include "ports/cortex_m/mps2.h"
 #include "street.h"
@@ -13,7 +14,7 @@ static gpom_device_config_t configure(void)
 {
     gpom_device_config_t config;
     gpom_device_config_init(&config);
-    config.map.params = street_params;
+    config.map.params = gpom_params_street;
     config.map.beam_max = DEVICE_BEAM_MAX;
     config.map.keep_m = 0.1f;
     config.map.clear_scans = 3;

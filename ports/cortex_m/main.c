@@ -3,6 +3,7 @@
  * The scans, hyperparameters and points are those of street.h, made at build time; the tests
  * compare the printed answers with what the host's gpom-query says of the same files. */
 #include "gpom/gpom.h"
+#include "gpom/presets/street.h"
 #include "semihosting.h"
 #include "street.h"
 
@@ -21,7 +22,7 @@ static gpom_status_t make_map(gpom_map_t **map)
     gpom_config_t config;
     gpom_config_init(&config);
     config.beam_max = BEAM_MAX;
-    config.params = street_params;
+    config.params = gpom_params_street;
     return gpom_map_init(map, &config, map_memory, sizeof map_memory);
 }
 

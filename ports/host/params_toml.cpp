@@ -1,11 +1,13 @@
 #include "ports/host/params_toml.hpp"
 
+#include "ports/host/params_fields.hpp"
 #include "ports/host/toml_table.hpp"
 
-#include <array>
+#include <cctype>
+#include <charconv>
 #include <cstdint>
 #include <set>
-#include <utility>
+#include <stdexcept>
 
 namespace gpom_tools
 {
@@ -13,28 +15,7 @@ namespace gpom_tools
 namespace
 {
 
-struct NamedKernel {
-    const char *name;
-    gpom_kernel_t kernel;
-};
-
-constexpr std::array<NamedKernel, 5> kKernels = {{{"nn", GPOM_KERNEL_NN},
-                                                  {"matern12", GPOM_KERNEL_MATERN12},
-                                                  {"matern32", GPOM_KERNEL_MATERN32},
-                                                  {"se", GPOM_KERNEL_SE},
-                                                  {"askey", GPOM_KERNEL_ASKEY}}};
-
-float number(const TomlTable &table, const std::string &key)
-{
-    return static_cast<float>(table.number(key));
-}
-
-std::uint16_t count(const TomlTable &table, const std::string &key, unsigned most)
-{
-    return static_cast<std::uint16_t>(table.whole(key, 0, most));
-}
-
-gpom_kernel_t kernel_of(const TomlTable &table)
+std::int32_t kernel_of(const TomlTable &table)
 {
     const std::string name = table.word("kernel");
     for (const NamedKernel &named : kKernels) {
@@ -46,62 +27,43 @@ gpom_kernel_t kernel_of(const TomlTable &table)
                "kernel: \"" + name + "\" is not one of nn, matern12, matern32, se, askey");
 }
 
-gpom_frame_t frame_of(const TomlTable &table)
+std::int32_t frame_of(const TomlTable &table)
 {
     const std::string name = table.has("frame") ? table.word("frame") : "query";
-    if (name != "query" && name != "map") {
-        table.fail("frame", "frame: \"" + name + "\" is not one of query, map");
+    for (const NamedFrame &named : kFrames) {
+        if (name == named.name) {
+            return named.frame;
+        }
     }
-    return name == "map" ? GPOM_FRAME_MAP : GPOM_FRAME_QUERY;
+    table.fail("frame", "frame: \"" + name + "\" is not one of query, map");
 }
 
 std::set<std::string> keys_of(std::int32_t kernel)
 {
-    std::set<std::string> keys = {"depth_m",       "anisotropy",
-                                  "vote",          "line",
-                                  "fade_m",        "log_hit_first",
-                                  "log_hit_last",  "log_free_first",
-                                  "log_free_last", "scan_points_max",
-                                  "kernel",        "frame",
-                                  "sf2",           "sn2",
-                                  "sn2_free",      "sn2_once",
-                                  "alpha",         "beta",
-                                  "beta_far",      "fading",
-                                  "hits",          "free",
-                                  "gap_m",         "p_occupied",
-                                  "p_free"};
-    if (kernel == GPOM_KERNEL_NN) {
-        keys.insert({"s0", "s1"});
-    } else {
-        keys.insert("ell_m");
+    std::set<std::string> keys = {"kernel", "frame"};
+    for (const ParamField &field : kParamFields) {
+        if (field.is_used_by(kernel)) {
+            keys.insert(field.key);
+        }
     }
     return keys;
 }
 
-/// What goes beyond the paper's model; each is neutral where its key is absent.
-void read_context(const TomlTable &table, gpom_params_t &params)
+void read_field(const TomlTable &table, const ParamField &field, gpom_params_t &params)
 {
-    const std::pair<const char *, float *> numbers[] = {{"depth_m", &params.depth_m},
-                                                        {"anisotropy", &params.anisotropy},
-                                                        {"vote", &params.vote},
-                                                        {"line", &params.line},
-                                                        {"fade_m", &params.fade_m},
-                                                        {"beta_far", &params.beta_far},
-                                                        {"sn2_once", &params.sn2_once},
-                                                        {"log_hit_first", &params.log_hit_first},
-                                                        {"log_hit_last", &params.log_hit_last},
-                                                        {"log_free_first", &params.log_free_first},
-                                                        {"log_free_last", &params.log_free_last}};
-    for (const auto &[key, value] : numbers) {
-        if (table.has(key)) {
-            *value = number(table, key);
+    const bool is_optional =
+        field.presence == Presence::kNeutral || field.presence == Presence::kAsHits;
+    if (is_optional && !table.has(field.key)) {
+        if (field.number != nullptr) {
+            params.*field.number = field.presence == Presence::kAsHits ? params.sn2 : 0.0f;
+        } else {
+            params.*field.count = 0;
         }
-    }
-    if (table.has("scan_points_max")) {
-        params.scan_points_max = count(table, "scan_points_max", GPOM_POINTS_MAX);
-    }
-    if (table.has("fading")) {
-        params.n_fading = count(table, "fading", GPOM_SPARSE_POINTS_MAX);
+    } else if (field.number != nullptr) {
+        params.*field.number = static_cast<float>(table.number(field.key));
+    } else {
+        params.*field.count =
+            static_cast<std::uint16_t>(table.whole(field.key, 0, field.count_max));
     }
 }
 
@@ -112,23 +74,11 @@ gpom_params_t params_from(const TomlTable &table)
     params.kernel = kernel_of(table);
     table.refuse_keys_beyond(keys_of(params.kernel), ", or not one of this kernel; remove it");
     params.frame = frame_of(table);
-    params.sf2 = number(table, "sf2");
-    if (params.kernel == GPOM_KERNEL_NN) {
-        params.s0 = number(table, "s0");
-        params.s1 = number(table, "s1");
-    } else {
-        params.ell_m = number(table, "ell_m");
+    for (const ParamField &field : kParamFields) {
+        if (field.is_used_by(params.kernel)) {
+            read_field(table, field, params);
+        }
     }
-    params.sn2 = number(table, "sn2");
-    params.sn2_free = table.has("sn2_free") ? number(table, "sn2_free") : params.sn2;
-    params.alpha = number(table, "alpha");
-    params.beta = number(table, "beta");
-    params.n_hits = count(table, "hits", GPOM_SPARSE_POINTS_MAX);
-    params.n_free = count(table, "free", GPOM_SPARSE_POINTS_MAX);
-    params.gap_m = number(table, "gap_m");
-    params.p_occupied = number(table, "p_occupied");
-    params.p_free = number(table, "p_free");
-    read_context(table, params);
     return params;
 }
 
@@ -138,24 +88,89 @@ std::string key_of(const std::string &problem)
     return problem.substr(0, problem.find_first_of(":,"));
 }
 
+std::string value_text(const gpom_params_t &params, const std::string &key)
+{
+    if (key == "kernel") {
+        return kernel_name(params.kernel);
+    }
+    if (key == "frame") {
+        return frame_name(params.frame);
+    }
+    for (const ParamField &field : kParamFields) {
+        if (key == field.key) {
+            if (field.number == nullptr) {
+                return std::to_string(params.*field.count);
+            }
+            char text[40]; // the fewest digits that read back to the same bits
+            return {text, std::to_chars(text, text + sizeof text, params.*field.number).ptr};
+        }
+    }
+    return "";
+}
+
+bool is_of_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
+
 } // namespace
 
 gpom_params_t read_params(const std::string &path)
 {
-    const toml::table root = parse_toml(path, "parameters");
+    return params_of_toml(path, read_small_file(path, "parameters"));
+}
+
+gpom_params_t params_of_toml(const std::string &path, const std::string &text)
+{
+    const toml::table root = parse_toml_text(path, text);
     const TomlTable table(path, root);
     const gpom_params_t params = params_from(table);
     const char *problem = nullptr;
     if (gpom_params_check(&params, &problem) != GPOM_OK) {
-        table.fail(key_of(problem), problem);
+        table.fail(key_of(problem), problem_with_values(params, problem));
     }
     return params;
+}
+
+std::string problem_with_values(const gpom_params_t &params, const std::string &problem)
+{
+    std::string values;
+    std::set<std::string> named;
+    for (std::size_t i = 0; i < problem.size();) {
+        std::size_t end = i;
+        while (end < problem.size() && is_of_word(problem[end])) {
+            ++end;
+        }
+        const std::string word = problem.substr(i, end - i);
+        const std::string value = value_text(params, word);
+        if (!value.empty() && named.insert(word).second) {
+            values += (values.empty() ? "" : ", ") + word + " = " + value;
+        }
+        i = end + 1;
+    }
+    return problem + (values.empty() ? "" : " (here " + values + ")");
+}
+
+void require_good(const gpom_params_t &params)
+{
+    const char *problem = nullptr;
+    if (gpom_params_check(&params, &problem) != GPOM_OK) {
+        throw std::runtime_error("these parameters are refused: " +
+                                 problem_with_values(params, problem));
+    }
 }
 
 const char *kernel_name(std::int32_t kernel)
 {
     for (const NamedKernel &named : kKernels) {
         if (named.kernel == kernel) {
+            return named.name;
+        }
+    }
+    return "unknown";
+}
+
+const char *frame_name(std::int32_t frame)
+{
+    for (const NamedFrame &named : kFrames) {
+        if (named.frame == frame) {
             return named.name;
         }
     }

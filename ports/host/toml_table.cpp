@@ -2,6 +2,7 @@
 
 #include "ports/host/nearest_word.hpp"
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <utility>
@@ -68,8 +69,11 @@ void refuse_foreign_characters(const std::string &path, const std::string &text)
 
 } // namespace
 
-toml::table parse_toml(const std::string &path, const std::string &kind)
+std::string read_small_file(const std::string &path, const std::string &kind)
 {
+    if (std::error_code error; std::filesystem::is_directory(path, error)) {
+        throw FileError(path, 0, "is a directory; give the name of a " + kind + " file");
+    }
     std::ifstream stream(path, std::ios::binary);
     if (!stream) {
         throw FileError(path, 0, "cannot open; give the name of a " + kind + " file");
@@ -83,6 +87,11 @@ toml::table parse_toml(const std::string &path, const std::string &kind)
     if (text.size() > kFileBytesMax) {
         throw FileError(path, 0, "is over 1 MB; give a " + kind + " file");
     }
+    return text;
+}
+
+toml::table parse_toml_text(const std::string &path, const std::string &text)
+{
     refuse_foreign_characters(path, text);
     try {
         return toml::parse(text, path);
@@ -90,6 +99,11 @@ toml::table parse_toml(const std::string &path, const std::string &kind)
         throw FileError(path, static_cast<int>(error.source().begin.line),
                         "not TOML: " + std::string(error.description()));
     }
+}
+
+toml::table parse_toml(const std::string &path, const std::string &kind)
+{
+    return parse_toml_text(path, read_small_file(path, kind));
 }
 
 TomlTable::TomlTable(std::string path, const toml::table &table, std::string name)
@@ -133,7 +147,8 @@ std::int64_t TomlTable::whole(const std::string &key, std::int64_t low, std::int
     const auto value = table_[key].value_exact<std::int64_t>();
     if (!value || *value < low || *value > high) {
         fail(key, key + ": must be a whole number from " + std::to_string(low) + " to " +
-                      std::to_string(high));
+                      std::to_string(high) +
+                      (value ? " (here " + std::to_string(*value) + ")" : ""));
     }
     return *value;
 }

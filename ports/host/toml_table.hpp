@@ -16,6 +16,13 @@
 namespace gpom_tools
 {
 
+/// The whole of a file of at most 1 MB. `kind` says in errors what it should be, e.g. "parameters".
+/// Throws FileError: missing, a directory, empty, larger or endless.
+std::string read_small_file(const std::string &path, const std::string &kind);
+
+/// Parse a text; `path` is for errors alone. Throws FileError: TOML syntax.
+toml::table parse_toml_text(const std::string &path, const std::string &text);
+
 /// Parse a file. `kind` says in errors what it should be, e.g. "parameters". Throws FileError:
 /// missing, empty or endless file, TOML syntax.
 toml::table parse_toml(const std::string &path, const std::string &kind);

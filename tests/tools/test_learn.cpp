@@ -3,8 +3,8 @@
 #include "tests/common/reference.hpp"
 #include "tools/eval/protocol.hpp"
 #include "tools/learn/lml.hpp"
-#include "tools/learn/params_writer.hpp"
 #include "tools/map/host_map.hpp"
+#include "tools/params_tool/writer.hpp"
 
 #include <doctest/doctest.h>
 #include <unistd.h>
@@ -580,7 +580,7 @@ TEST_CASE("written parameters are read back, neutral ones and others")
         LearntParams neutral;
         neutral.kernel = kernel;
         for (const LearntParams &params : {neutral, busy_params(kernel)}) {
-            const std::string text = params_toml(params, "one\ntwo");
+            const std::string text = params_toml(to_six_digits(params), "one\ntwo");
             CHECK((text.find("vote") == std::string::npos) == (params.vote == 0.0));
             replace_files({{path, text}});
             const gpom_params_t read = read_params(path);

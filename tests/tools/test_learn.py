@@ -18,9 +18,8 @@ HEADER_PROGRAM = """
 #include "learnt.h"
 int main(void)
 {
-    gpom_params_t p;
+    const gpom_params_t p = gpom_params_learnt;
     const char *problem;
-    gpom_params_learnt(&p);
     if (gpom_params_check(&p, &problem) != GPOM_OK) { puts(problem); return 1; }
     printf("%d %.6g %.6g %.6g %.6g %d\\n", (int)p.kernel, p.sf2, p.ell_m, p.sn2_free, p.beta,
            p.n_hits);

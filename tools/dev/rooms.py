@@ -5,7 +5,7 @@ A room includes itself and rooms of lower levels; rooms of one level do not know
 SRC_LEVELS = [["base"], ["lane"], ["gp", "beams"], ["raster"], ["map"], ["insert", "query"],
               ["refresh", "plan", "snapshot"]]
 LINUX_LEVELS = [["base"], ["pose"], ["config"], ["lcm"], ["map"], ["out"]]
-TOOLS_LEVELS = [["sim"], ["map"], ["eval"], ["learn", "live"]]
+TOOLS_LEVELS = [["sim", "params_tool"], ["map"], ["eval"], ["learn", "live"]]
 LEVELS = {"src": SRC_LEVELS, "ports/linux": LINUX_LEVELS, "tools": TOOLS_LEVELS}
 
 

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Write scans, hyperparameters and query points as a C header for the Cortex-M image.
+"""Write scans and query points as a C header for the Cortex-M image.
 
-usage: tools/dev/street_header.py SCANS.csv PARAMS.toml POINTS.csv OUT.h
+usage: tools/dev/street_header.py SCANS.csv POINTS.csv OUT.h
 
-The image has no file system; the same three files given to gpom-query give the answers to compare.
+The image has no file system; the same two files, given to gpom-query with the preset street.toml,
+give the answers to compare.
 """
 import os
 import sys
-import tomllib
 
 
 def rows(path):
@@ -25,30 +25,7 @@ def c_range(text, range_max_m):
     return c_float(0.0 if value != value else min(value, range_max_m))
 
 
-def params_initialiser(path):
-    with open(path, "rb") as file:
-        toml = tomllib.load(file)
-    is_nn = toml["kernel"] == "nn"
-    fields = {
-        "struct_bytes": "sizeof(gpom_params_t)",
-        "kernel": f"GPOM_KERNEL_{toml['kernel'].upper()}",
-        "frame": f"GPOM_FRAME_{toml.get('frame', 'query').upper()}",
-        "n_hits": toml["hits"],
-        "n_free": toml["free"],
-        "n_fading": toml.get("fading", 0),
-        "scan_points_max": toml.get("scan_points_max", 0),
-        "sn2_free": c_float(toml.get("sn2_free", toml["sn2"])),
-    }
-    names = ["sf2", "sn2", "alpha", "beta", "gap_m", "p_occupied", "p_free"]
-    for name in names + (["s0", "s1"] if is_nn else ["ell_m"]):
-        fields[name] = c_float(toml[name])
-    counts = {"hits", "free", "fading"}
-    for name in sorted(set(toml) - set(fields) - counts):  # what is absent is neutral
-        fields[name] = c_float(toml[name])
-    return ",\n".join(f"    .{name} = {value}" for name, value in fields.items())
-
-
-def header(scans_path, params_path, points_path):
+def header(scans_path, points_path):
     scans = rows(scans_path)
     n_ranges = len(scans[0]) - 7
     if any(len(scan) != n_ranges + 7 for scan in scans):
@@ -68,10 +45,6 @@ static const double street_angle_min_rad = {scans[0][4]};
 static const double street_angle_step_rad = {scans[0][5]};
 static const float street_range_max_m = {c_float(scans[0][6])};
 
-static const gpom_params_t street_params = {{
-{params_initialiser(params_path)}
-}};
-
 /* x, y [m], yaw [rad] */
 static const double street_poses[STREET_SCANS][3] = {{
 {poses}
@@ -88,13 +61,13 @@ static const gpom_point_t street_points[] = {{
 
 
 def main():
-    if len(sys.argv) != 5:
+    if len(sys.argv) != 4:
         sys.exit(__doc__)
-    text = header(*sys.argv[1:4])
-    temporary = sys.argv[4] + ".tmp"
+    text = header(*sys.argv[1:3])
+    temporary = sys.argv[3] + ".tmp"
     with open(temporary, "w", encoding="ascii") as file:
         file.write(text)
-    os.replace(temporary, sys.argv[4])
+    os.replace(temporary, sys.argv[3])
 
 
 if __name__ == "__main__":

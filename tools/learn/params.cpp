@@ -1,7 +1,11 @@
 #include "tools/learn/params.hpp"
 
+#include "ports/host/params_fields.hpp"
+#include "ports/host/params_toml.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <numeric>
 #include <sstream>
@@ -133,10 +137,22 @@ gpom_params_t to_library(const LearntParams &params)
     rounded.log_hit_last = static_cast<float>(params.log_weights[1]);
     rounded.log_free_first = static_cast<float>(params.log_weights[2]);
     rounded.log_free_last = static_cast<float>(params.log_weights[3]);
-    const char *problem = nullptr;
-    if (gpom_params_check(&rounded, &problem) != GPOM_OK) {
-        throw std::runtime_error(std::string("these parameters are refused: ") + problem);
+    require_good(rounded);
+    return rounded;
+}
+
+gpom_params_t to_six_digits(const LearntParams &params)
+{
+    gpom_params_t rounded = to_library(params);
+    for (const ParamField &field : kParamFields) {
+        if (field.number != nullptr) {
+            char digits[40];
+            std::snprintf(digits, sizeof digits, "%.6g", double{rounded.*field.number});
+            rounded.*field.number = std::strtof(digits, nullptr);
+        }
     }
+    reset_unused(rounded);
+    require_good(rounded);
     return rounded;
 }
 

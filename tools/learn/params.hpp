@@ -80,6 +80,10 @@ double normal_cdf(double z);
 /// For the library, rounded to float. Throws std::runtime_error if the library refuses them.
 gpom_params_t to_library(const LearntParams &params);
 
+/// The same to six digits, which hold all that learning knows: for files, which then are short and
+/// agree with each other bit for bit. Throws likewise.
+gpom_params_t to_six_digits(const LearntParams &params);
+
 } // namespace gpom_tools
 
 #endif

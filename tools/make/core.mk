@@ -11,7 +11,7 @@ ISA_avx512 := -Dgpom=gpom_avx512 -UGPOM_LANES -DGPOM_LANES=16 -UGPOM_FMA -DGPOM_
 ISA_OBJ    := $(if $(filter auto,$(LANES)),$(BUILD)/obj/src/query/answer_avx2.o \
               $(BUILD)/obj/src/query/answer_avx512.o)
 
-lib: $(BUILD)/libgpom.a $(if $(filter 1,$(BARE))$(SAN),,$(BUILD)/libgpom.so) ## Build the library
+lib: $(BUILD)/libgpom.a $(if $(filter 1,$(SHARED)),$(BUILD)/libgpom.so) ## Build the library
 
 .PHONY: lib
 

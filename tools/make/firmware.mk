@@ -27,12 +27,10 @@ firmware-image: $(foreach i,demo costs device template,$(BUILD)/gpom_$(i).elf) \
     $(BUILD)/libgpom_can.a build/host-release/libicount.so
 	$(Q)tests/firmware/budget.py $(CPU)
 
-$(STREET)/street.h: tools/dev/street_header.py tools/params/street.toml \
-    tests/firmware/scans.csv tests/firmware/points.csv
+$(STREET)/street.h: tools/dev/street_header.py tests/firmware/scans.csv tests/firmware/points.csv
 	@mkdir -p $(@D)
-	$(Q)python3 tools/dev/street_header.py tests/firmware/scans.csv tools/params/street.toml \
-	    tests/firmware/points.csv $@
-$(PORT_OBJ): $(BUILD)/flags $(STREET)/street.h | $(COMPILER)
+	$(Q)python3 tools/dev/street_header.py tests/firmware/scans.csv tests/firmware/points.csv $@
+$(PORT_OBJ): $(BUILD)/flags $(STREET)/street.h | $(COMPILER) presets
 $(PORT_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(PORT_FLAGS))
 

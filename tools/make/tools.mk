@@ -1,6 +1,6 @@
 # Host tools: programs of C++ and of Python, and the demonstrations that run them.
 
-TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC),$(wildcard tools/gpom_*.cpp))
+TOOL_SRC  := $(filter-out $(LCM_TOOL_SRC) tools/gpom_params.cpp,$(wildcard tools/gpom_*.cpp))
 TOOL_OBJ  := $(call objects,$(TOOL_SRC))
 TOOL_PART_OBJ := $(call objects,$(wildcard tools/*/*.cpp))
 TOOLS_LIB := $(HOST_OBJ) $(TOOL_PART_OBJ)
