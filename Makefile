@@ -571,3 +571,5 @@ build/host-release/libicount.so: ports/cortex_m/icount_plugin.c | build/setup/ba
 
 -include $(wildcard $(foreach i,obj target,$(BUILD)/$(i)/*/*.d $(BUILD)/$(i)/*/*/*.d \
     $(BUILD)/$(i)/*/*/*/*.d))
+
+include tools/make/docs.mk
