@@ -10,9 +10,12 @@
 extern "C" {
 #endif
 
-#define GPOM_VERSION_MAJOR 0 /**< Grows when old programs must change. */
-#define GPOM_VERSION_MINOR 1 /**< Grows when the interface does. */
-#define GPOM_VERSION_PATCH 0 /**< Grows when only the inside changes. */
+/** Grows when old programs must change. */
+#define GPOM_VERSION_MAJOR 0
+/** Grows when the interface does. */
+#define GPOM_VERSION_MINOR 1
+/** Grows when only the inside changes. */
+#define GPOM_VERSION_PATCH 0
 /** Version of this interface as one number, e.g. 102 for 0.1.2. */
 #define GPOM_VERSION (GPOM_VERSION_MAJOR * 10000 + GPOM_VERSION_MINOR * 100 + GPOM_VERSION_PATCH)
 
