@@ -127,4 +127,5 @@ include tools/make/dev.mk
 include tools/make/figures.mk
 include tools/make/params.mk
 include tools/make/examples.mk
+include tools/make/docs.mk
 PARTS := $(filter Makefile %.mk,$(MAKEFILE_LIST))

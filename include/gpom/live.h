@@ -75,14 +75,15 @@ extern "C" {
  *  scratch  as for a query; NULL: no cells are evaluated.
  *  used     operations done, never more than budget; 0: nothing was left to do, or budget was too
  *           small to do it. NULL allowed.
- *  Errors   GPOM_ERR_ARG, GPOM_ERR_MEM (scratch). */
+ *  Errors   GPOM_ERR_ARG, GPOM_ERR_MEM (scratch).
+ *  Cost: at most `budget` operations. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_step(gpom_map_t *map, uint64_t budget,
                                                     const gpom_scratch_t *scratch, uint64_t *used);
 
 /** A disc in the map frame [m]. */
 typedef struct {
-    double x_m;
-    double y_m;
+    double x_m;      /**< Centre, map frame [m]. */
+    double y_m;      /**< Centre, map frame [m]. */
     double radius_m; /**< > 0, at most 2 GPOM_REACH_M. */
 } gpom_disc_t;
 
@@ -91,8 +92,7 @@ typedef struct {
  *  the part behind remains, without a hit the part before. Nothing becomes free that was not.
  *
  *  Errors  GPOM_ERR_ARG (null, not finite, radius out of range).
- *  Cost    O(beams kept), and for each beam in the disc the cells near it are marked, at most
- *          all. */
+ *  Cost: O(beams kept + beams in the disc * low-resolution cells). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_forget(gpom_map_t *map, const gpom_disc_t *disc);
 
 /** What becomes of the map when its frame jumps. */
@@ -107,12 +107,14 @@ typedef enum {
  *
  *  disc    what to forget with GPOM_JUMP_FORGET; else ignored, NULL allowed.
  *  Errors  GPOM_ERR_ARG (null, no such rule, disc as in gpom_map_forget()); then nothing changed.
- *  Cost    GPOM_JUMP_KEEP O(1), _FORGET as gpom_map_forget(), _CLEAR as gpom_map_clear(). */
+ *  Cost: GPOM_JUMP_KEEP O(1); _FORGET as gpom_map_forget(); _CLEAR as gpom_map_clear(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_jump(gpom_map_t *map, gpom_jump_t rule,
                                                     const gpom_disc_t *disc);
 
 /** The map frame's point that beams are kept relative to; it moves with the robot if rebase_m is
- *  set. Errors: GPOM_ERR_ARG. */
+ *  set. Errors: GPOM_ERR_ARG.
+ *
+ *  Cost: O(1). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_origin(const gpom_map_t *map, gpom_point_t *origin);
 
 #ifdef __cplusplus

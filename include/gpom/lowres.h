@@ -43,7 +43,10 @@ extern "C" {
 #define GPOM_LOWRES_GROUP_OPS(n) (GPOM_LANES_MAX * GPOM_LOWRES_CELL_OPS(n) + (uint64_t)64)
 
 /** The rasters of a map: argument `layer` below. */
-typedef enum { GPOM_LAYER_COARSE = 0, GPOM_LAYER_FOCUS = 1 } gpom_layer_t;
+typedef enum {
+    GPOM_LAYER_COARSE = 0, /**< Covers the place, or follows the robot. */
+    GPOM_LAYER_FOCUS = 1   /**< Finer cells, in a band about a path (gpom_lowres_focus()). */
+} gpom_layer_t;
 
 /** A cell. 8 bytes. */
 typedef struct {
@@ -78,7 +81,8 @@ typedef struct {
 /** Geometry and freshness of a layer. May run in any thread, like gpom_lowres_copy(): raster,
  *  stamp0_us and frame_epoch belong together; the other fields are of some moment of the call.
  *
- *  Errors  GPOM_ERR_ARG (null, no such layer), GPOM_ERR_BUSY as gpom_lowres_copy(). */
+ *  Errors  GPOM_ERR_ARG (null, no such layer), GPOM_ERR_BUSY as gpom_lowres_copy().
+ *  Cost: O(1) a try, at most GPOM_LOWRES_TRIES tries. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_info(const gpom_map_t *map, uint32_t layer,
                                                        gpom_lowres_info_t *info);
 
@@ -89,14 +93,14 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_info(const gpom_map_t *map, ui
  *  made before or during the copy; its stamp is of that one or of an earlier one, so that no cell
  *  looks fresher than it is. Cells may be of different evaluations: the copy is no instant, and a
  *  cell that was dirty holds what it held before. info->newest_ms, map_sequence and n_dirty are
- *  those before the first cell was read.
+ *  those before the first cell was read. Safe in any thread and in an interrupt.
  *
  *  cells     nx * ny cells, row by row from the lowest y: cell (ix, iy) at iy * nx + ix.
  *  cell_max  room in cells; the raster's nx * ny at least.
  *  Errors    GPOM_ERR_ARG (null, no such layer), GPOM_ERR_MEM (cell_max; *info is valid),
  *            GPOM_ERR_BUSY (the raster moved during each of GPOM_LOWRES_TRIES tries: call again;
  *            *cells and *info are unspecified).
- *  Cost      O(nx ny) a try. Safe in any thread and in an interrupt. */
+ *  Cost: O(nx ny) a try, at most GPOM_LOWRES_TRIES tries. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_copy(const gpom_map_t *map, uint32_t layer,
                                                        gpom_cell_t *cells, uint32_t cell_max,
                                                        gpom_lowres_info_t *info);
@@ -108,14 +112,15 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_copy(const gpom_map_t *map, ui
  *  that changes the map.
  *
  *  Errors  GPOM_ERR_ARG (null, no such layer or cell).
- *  Cost    O(1). */
+ *  Cost: O(1). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_cell(const gpom_map_t *map, uint32_t layer,
                                                        uint32_t ix, uint32_t iy, gpom_cell_t *cell);
 
 /** The same for the cell that contains a point of the map frame (its left and lower edges belong
  *  to a cell).
  *
- *  Errors  GPOM_ERR_ARG (null, no such layer), GPOM_ERR_REACH (outside of the raster, or NaN). */
+ *  Errors  GPOM_ERR_ARG (null, no such layer), GPOM_ERR_REACH (outside of the raster, or NaN).
+ *  Cost: O(1). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_at(const gpom_map_t *map, uint32_t layer,
                                                      const gpom_point_t *point, gpom_cell_t *cell);
 
@@ -130,7 +135,7 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_at(const gpom_map_t *map, uint
  *  Errors  GPOM_ERR_ARG (null; half_width_m not in 0 .. GPOM_REACH_M; cell_m not in 1e-3 .. 1e6),
  *          GPOM_ERR_REACH (a point not finite or beyond GPOM_REACH_M of the origin),
  *          GPOM_ERR_MEM (focus_cell_max is 0). The layer is unchanged then.
- *  Cost    O(cells of the raster + cells within the band of each stretch). */
+ *  Cost: O(cells of the raster + cells within the band of each stretch). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_focus(gpom_map_t *map, const gpom_point_t *points,
                                                         size_t n_points, double half_width_m,
                                                         double cell_m);

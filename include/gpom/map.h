@@ -145,7 +145,9 @@ typedef struct {
     uint8_t n_agreed;    /**< Scans of other times that saw the hit again, up to 15. */
 } gpom_beam_t;
 
-/** Fill with the documented defaults. */
+/** Fill with the documented defaults.
+ *
+ *  Cost: O(1). */
 GPOM_API void gpom_config_init(gpom_config_t *config);
 
 /** Check every field, hyperparameters included.
@@ -153,11 +155,14 @@ GPOM_API void gpom_config_init(gpom_config_t *config);
  *  problem  NULL, or where a static one-line text "field: what is wrong" is put; NULL text if OK,
  *           or if config is NULL.
  *  Errors   GPOM_ERR_ARG (null, not from gpom_config_init, or a value out of range),
- *           GPOM_ERR_PARAMS (of `params`; the text is that of gpom_params_check()). */
+ *           GPOM_ERR_PARAMS (of `params`; the text is that of gpom_params_check()).
+ *  Cost: O(1). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_config_check(const gpom_config_t *config,
                                                         const char **problem);
 
-/** Exact bytes gpom_map_init() needs; 0 if config is NULL or a capacity is out of range. */
+/** Exact bytes gpom_map_init() needs; 0 if config is NULL or a capacity is out of range.
+ *
+ *  Cost: O(1). */
 GPOM_API size_t gpom_map_bytes(const gpom_config_t *config);
 
 /** Build an empty map inside caller memory; `*map` points into `mem`. Nothing to destroy.
@@ -166,33 +171,45 @@ GPOM_API size_t gpom_map_bytes(const gpom_config_t *config);
  *  mem_bytes  at least gpom_map_bytes(config); GPOM_MAP_BYTES(beam_max, cell_max) suffices.
  *  Errors     GPOM_ERR_ARG, GPOM_ERR_PARAMS (gpom_config_check() names the field), GPOM_ERR_MEM.
  *             *map is NULL on any error.
- *  Cost       O(low-resolution cells). */
+ *  Cost: O(low-resolution cells + beam_max / 128). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_init(gpom_map_t **map, const gpom_config_t *config,
                                                     void *mem, size_t mem_bytes);
 
 /** Forget all beams; low-resolution cells become unknown. Ids start again at 0; counters stay.
- *  O(low-resolution cells). */
+ *
+ *  Cost: O(low-resolution cells). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_clear(gpom_map_t *map);
 
 /** Index all beams in the two static KD-trees. Answers are the same before and after: beams that
  *  are not indexed yet are searched one by one, so that this only makes queries faster.
- *  Cost: O(n log^2 n) comparisons, typically 24 n log2(n), for n beams. */
+ *
+ *  Cost: typically 24 n log2(n) comparisons for n beams, at most 66 n log2(n). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_build(gpom_map_t *map);
 
-/** Copy the counters. */
+/** Copy the counters.
+ *
+ *  Cost: O(1). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_stats(const gpom_map_t *map, gpom_stats_t *stats);
 
-/** Sum of the four beams_evicted_... counters; 0 for NULL. */
+/** Sum of the four beams_evicted_... counters; 0 for NULL.
+ *
+ *  Cost: O(1). */
 GPOM_API uint64_t gpom_stats_evicted(const gpom_stats_t *stats);
 
-/** Beams kept now; 0 for NULL. */
+/** Beams kept now; 0 for NULL.
+ *
+ *  Cost: O(1). */
 GPOM_API uint32_t gpom_map_beam_count(const gpom_map_t *map);
 
-/** Slots of the beam store in use, from 0 on; some may be empty. 0 for NULL. */
+/** Slots of the beam store in use, from 0 on; some may be empty. 0 for NULL.
+ *
+ *  Cost: O(1). */
 GPOM_API uint32_t gpom_map_slot_count(const gpom_map_t *map);
 
 /** Copy the beam in slot `i_slot` (0 .. gpom_map_slot_count() - 1); one that is neither hit nor
- *  free is an empty slot, and all 0. While nothing was removed, slots are in order of insertion. */
+ *  free is an empty slot, and all 0. While nothing was removed, slots are in order of insertion.
+ *
+ *  Cost: O(1). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot,
                                                     gpom_beam_t *beam);
 

@@ -105,22 +105,29 @@ typedef struct {
 
 /** Fill with a general setting: Matern-1/2, 8 + 8 neighbours, learnt from three logs together, two
  *  indoors and one outdoors, for maps that keep one beam in 25. Those learnt for a place and its
- *  map are better. */
+ *  map are better.
+ *
+ *  Cost: O(1). */
 GPOM_API void gpom_params_init(gpom_params_t *params);
 
 /** Check every field, and that the prior probability lies between p_free and p_occupied, so that
  *  a place nobody has seen is never called free or occupied.
  *
  *  problem  NULL, or where a static one-line text "field: what is wrong" is put; NULL text if OK.
- *  Errors   GPOM_ERR_ARG (params NULL, or not from gpom_params_init), GPOM_ERR_PARAMS. */
+ *  Errors   GPOM_ERR_ARG (params NULL, or not from gpom_params_init), GPOM_ERR_PARAMS.
+ *  Cost: O(1). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_check(const gpom_params_t *params,
                                                         const char **problem);
 
-/** Prior variance k(x*, x*) of the latent function [1], at the map's origin for GPOM_FRAME_MAP. */
+/** Prior variance k(x*, x*) of the latent function [1], at the map's origin for GPOM_FRAME_MAP.
+ *
+ *  Cost: O(1). */
 GPOM_API float gpom_params_prior_variance(const gpom_params_t *params);
 
 /** Probability of occupancy far from all beams: Phi(beta / sqrt(1 + alpha^2 k(x*, x*))), eq. 7,
- *  with beta_far and the four log terms at 30 m added to beta. */
+ *  with beta_far and the four log terms at 30 m added to beta.
+ *
+ *  Cost: O(1). */
 GPOM_API float gpom_params_prior_probability(const gpom_params_t *params);
 
 /** Bytes of a stored record of hyperparameters: magic, version, fields in little-endian order on
@@ -129,7 +136,8 @@ GPOM_API float gpom_params_prior_probability(const gpom_params_t *params);
 
 /** Write a record of GPOM_PARAMS_RECORD_BYTES, for a file or a flash page.
  *
- *  Errors   GPOM_ERR_ARG (null), or what gpom_params_check() says; the record is then untouched. */
+ *  Errors   GPOM_ERR_ARG (null), or what gpom_params_check() says; the record is then untouched.
+ *  Cost: O(1): the check, and the CRC-32 of one record. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_save(const gpom_params_t *params,
                                                        uint8_t *record);
 
@@ -138,7 +146,8 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_save(const gpom_params_t *para
  *  other version is refused: learn again, or write the TOML anew.
  *
  *  problem  as in gpom_params_check().
- *  Errors   GPOM_ERR_ARG (null), GPOM_ERR_FORMAT (size, magic, version or CRC), GPOM_ERR_PARAMS. */
+ *  Errors   GPOM_ERR_ARG (null), GPOM_ERR_FORMAT (size, magic, version or CRC), GPOM_ERR_PARAMS.
+ *  Cost: O(1): the check, and the CRC-32 of one record. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_params_load(gpom_params_t *params, const uint8_t *record,
                                                        size_t record_bytes, const char **problem);
 

@@ -60,7 +60,7 @@ typedef struct {
  *  Errors   GPOM_ERR_ARG (null; a number not finite or out of range; more than
  *           GPOM_PATH_SAMPLES_MAX samples), GPOM_ERR_MEM (scratch): result
  *           is untouched. GPOM_ERR_REACH, _PIVOT, _CUT: as the flags say; result is valid.
- *  Cost     One query a sample, GPOM_LANES_MAX at a time: fewer than that are asked in vain. */
+ *  Cost: one query a sample; at most GPOM_LANES_MAX - 1 more than are regarded. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_path_query(const gpom_map_t *map,
                                                       const gpom_path_t *path,
                                                       gpom_path_result_t *result,
@@ -100,7 +100,7 @@ typedef struct {
  *  Errors       GPOM_ERR_ARG (null, no coarse layer), GPOM_ERR_MEM (scratch),
  *               GPOM_ERR_REACH (`from` is outside of the raster). goals->n_goals is 0 then, if it
  *               can be.
- *  Cost         O(nx ny (1 + n_goals_max)) at worst, O(nx ny) for a few goals in practice. */
+ *  Cost: O(nx ny (1 + n_goals_max)) at worst, O(nx ny) for a few goals in practice. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_explore(const gpom_map_t *map, const gpom_point_t *from,
                                                    gpom_goals_t *goals,
                                                    const gpom_scratch_t *scratch);

@@ -4,16 +4,7 @@
  *  A point's answer depends on the map and the point alone: within one build and instruction set
  *  it is the same to the last bit in any list, raster, order or thread.
  *
- *  Cost of one point: for B beams in the trees at most W = min(B / 8 + 1, config.walk_max) walks
- *  down each of them, in all at most B / 2 and 2 W log2 B boxes, and B and 8 W segments and hits
- *  (in practice about 100 + 20 log2 B of each), and every beam inserted since the trees were built.
- *  All of that twice for all but a call's first, if the search that looks no farther than the one
- *  before it lets expect finds too few; with more than one lane B / 2 boxes more to find where to
- *  start, and queries whose packet was cut are each searched for alone, too. Then n^2 / 2
- *  covariances and n^3 / 6 + n^2 multiply-adds for n = n_hits + n_free, and n^2 comparisons with
- *  scan_points_max. More than GPOM_POINTS_MAX neighbours are solved sparse, in double and one query
- *  at a time: as many multiply-adds as the factor has pairs of nonzeros in a column, at worst
- *  n^3 / 6 again. No allocation, no recursion, no locks: safe in an interrupt if its time is. */
+ *  No allocation, no recursion, no locks: safe in an interrupt if its time is. */
 #ifndef GPOM_QUERY_H
 #define GPOM_QUERY_H
 
@@ -25,7 +16,12 @@ extern "C" {
 
 /** Class of a point by the thresholds p_free and p_occupied; GPOM_UNKNOWN, nothing is known here,
  *  is for cells of the low-resolution map alone (lowres.h). */
-typedef enum { GPOM_FREE = 0, GPOM_UNSURE = 1, GPOM_OCCUPIED = 2, GPOM_UNKNOWN = 3 } gpom_class_t;
+typedef enum {
+    GPOM_FREE = 0,     /**< Probability at most p_free. */
+    GPOM_UNSURE = 1,   /**< Between both thresholds. */
+    GPOM_OCCUPIED = 2, /**< Probability at least p_occupied. */
+    GPOM_UNKNOWN = 3   /**< Nothing is known of the cell. */
+} gpom_class_t;
 
 /** Answer to a point is the prior because its coordinates are not finite or out of reach. */
 #define GPOM_ANSWER_OUT_OF_REACH 1u
@@ -52,8 +48,8 @@ typedef struct {
 
 /** A point in the map frame [m]. */
 typedef struct {
-    double x_m;
-    double y_m;
+    double x_m; /**< Along the x axis of the map frame [m]. */
+    double y_m; /**< Along its y axis [m]. */
 } gpom_point_t;
 
 /** Most cells along one side of a raster. */
@@ -99,10 +95,14 @@ typedef struct {
 #define GPOM_WHOLE_TILES(n_points) (((size_t)(n_points) + (size_t)3) / (size_t)4 * (size_t)4)
 
 /** Queries that the library computes side by side: 1, 4, 8 or 16, fixed by the build or, on x86-64,
- *  chosen from what the processor has. */
+ *  chosen from what the processor has.
+ *
+ *  Cost: O(1). */
 GPOM_API uint32_t gpom_lanes(void);
 
-/** Exact bytes of scratch a query on `map` needs; 0 for NULL. */
+/** Exact bytes of scratch a query on `map` needs; 0 for NULL.
+ *
+ *  Cost: O(1). */
 GPOM_API size_t gpom_scratch_bytes(const gpom_map_t *map);
 
 /** Answer a list of points.
@@ -111,7 +111,8 @@ GPOM_API size_t gpom_scratch_bytes(const gpom_map_t *map);
  *  Errors   GPOM_ERR_ARG (null), GPOM_ERR_MEM (scratch),
  *           GPOM_ERR_REACH (some points not finite or out of reach: they got the prior and a flag),
  *           GPOM_ERR_PIVOT (some matrices not positive definite: likewise),
- *           GPOM_ERR_CUT (some searches were cut: their answers have a flag). */
+ *           GPOM_ERR_CUT (some searches were cut: their answers have a flag).
+ *  Cost: for each point 2 searches and n^3 / 6 + n^2 multiply-adds, n = n_hits + n_free. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_query_points(const gpom_map_t *map,
                                                         const gpom_point_t *points, size_t n_points,
                                                         gpom_answer_t *answers,
@@ -121,7 +122,8 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_query_points(const gpom_map_t *map,
  *  search.
  *
  *  answers  nx * ny answers, row by row from the lowest y: cell (ix, iy) at iy * nx + ix.
- *  Errors   as gpom_query_points(); GPOM_ERR_ARG also for a raster out of range. */
+ *  Errors   as gpom_query_points(); GPOM_ERR_ARG also for a raster out of range.
+ *  Cost: for each cell at most that of a point of gpom_query_points(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_query_raster(const gpom_map_t *map,
                                                         const gpom_raster_t *raster,
                                                         gpom_answer_t *answers,

@@ -18,8 +18,8 @@ extern "C" {
 /** Bearings that see the vehicle itself: from `from_rad` counter-clockwise to `to_rad`, both
  *  included, in the scan's own bearings. May cross pi. */
 typedef struct {
-    float from_rad;
-    float to_rad;
+    float from_rad; /**< First bearing that is masked [rad]; finite. */
+    float to_rad;   /**< Last one, counter-clockwise of the first [rad]; finite. */
 } gpom_mask_t;
 
 /** A range sensor and its place on the robot. Fill with gpom_sensor_init(), then change. */
@@ -70,7 +70,9 @@ typedef struct {
     uint32_t n_ranges;         /**< 0 .. GPOM_RANGES_MAX; 0: the arrays may be NULL. */
 } gpom_sweep_t;
 
-/** Fill with the documented defaults. */
+/** Fill with the documented defaults.
+ *
+ *  Cost: O(1). */
 GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
 
 /** Insert a scan; a query right after sees it. Readings that cannot be used are counted by cause in
@@ -89,22 +91,7 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *                          too, if the origin follows the robot (rebase_m) and any beam is kept:
  *                          each scan has to be near the last, gpom_map_jump() is for real jumps.
  *                          The 10th in a row near each other is taken (map.h, rebase_m).
- *  Cost    O(n_ranges (1 + n_masks)) and 60 arithmetic operations a beam. Walks of a tree, each at
- *          most beam_max / 4 boxes and 2 beam_max beams, in practice a few dozen of each: when
- *          full, 3 for each new beam; with keep_m > 0, 1 for each 16 beams, which compares those 16
- *          with every hit it meets, 1 for each beam that ends at no kept hit, 2 more for each new
- *          return, and 1 for each kept hit that arrived (live.h) and is confirmed, or is past now.
- *          Each walk also looks at the beams that gpom_map_step() has not indexed yet. So that a
- *          range of a long scan costs no more than one of a short scan, 2048 new beams of one scan
- *          are indexed at once, as gpom_map_build() does it: n_ranges / 2048 times at most, and
- *          never for scans of fewer ranges.
- *          Low-resolution cells near a beam are marked, at most all of them, for each beam kept,
- *          each beam, hit or segment removed and each hit whose noise changes; m that one group of
- *          16 removes are sorted, m log2(m).
- *          A rolling window that moves sets its new cells, at most all; an origin that moves
- *          (rebase_m) shifts all beams and boxes, and marks all cells if beams are out of its
- *          reach; a stamp0_us that moves (lowres.h) shifts the stamps of all beams and cells. Never
- *          waits for gpom_map_step(). */
+ *  Cost: O(n_ranges (1 + n_masks)), and walks of the trees: docs/costs.md has the bound. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
                                                        const gpom_sensor_t *sensor,
                                                        const gpom_pose_t *pose);
@@ -115,7 +102,7 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gp
  *  pose    the robot at stamp_us: where the low-resolution map and the origin follow it. The beams
  *          do not use it.
  *  Errors  as gpom_scan_insert(), of `pose` or of any beam's; the map is unchanged.
- *  Cost    as gpom_scan_insert(), and 60 operations more a beam, half of them in double. */
+ *  Cost: as gpom_scan_insert(), and 60 operations more a beam, half of them in double. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_sweep_insert(gpom_map_t *map, const gpom_sweep_t *sweep,
                                                         const gpom_sensor_t *sensor,
                                                         const gpom_pose_t *pose);

@@ -69,6 +69,7 @@ typedef struct {
 /** One snapshot being written or read, in the caller's memory; nothing to destroy. */
 typedef struct {
     gpom_snapshot_report_t report; /**< To be read. The rest is the library's. */
+    /** \cond internal */
     const gpom_map_t *map;
     gpom_snapshot_io_t io;
     int32_t status;
@@ -82,6 +83,7 @@ typedef struct {
     uint8_t phase, is_write;
     uint8_t params[GPOM_PARAMS_RECORD_BYTES];
     uint8_t block[GPOM_SNAPSHOT_BLOCK_BYTES];
+    /** \endcond */
 } gpom_snapshot_t;
 
 /** Begin to write a snapshot of the map; nothing is read or written yet. The newest whole snapshot
@@ -90,7 +92,7 @@ typedef struct {
  *  snapshot  any bytes; what was under way in it is dropped.
  *  io        copied; its ctx outlives the writing.
  *  Errors    GPOM_ERR_ARG (null, no map, no callback), GPOM_ERR_MEM (slot_bytes too small).
- *  Cost      O(1). */
+ *  Cost: O(1). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_write_begin(gpom_snapshot_t *snapshot,
                                                                 const gpom_map_t *map,
                                                                 const gpom_snapshot_io_t *io);
@@ -108,14 +110,16 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_write_begin(gpom_snapshot_t 
  *
  *  Errors  GPOM_ERR_ARG (not begun, or another map); GPOM_ERR_IO (`write` or `flush` failed): the
  *          older snapshot is whole; begin again.
- *  Cost    per block: 13 beams, 1016 steps of the CRC-32, and the callback. */
+ *  Cost: for each block 13 beams, 1016 steps of the CRC-32, and the callback. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_write_step(gpom_snapshot_t *snapshot,
                                                                const gpom_map_t *map,
                                                                uint32_t n_blocks);
 
 /** Begin to read the newest whole snapshot into a map; nothing is read yet. As in
  *  gpom_snapshot_write_begin(), except that only `read` is needed, and any slot_bytes of a block or
- *  more. */
+ *  more.
+ *
+ *  Cost: O(1). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_read_begin(gpom_snapshot_t *snapshot,
                                                                gpom_map_t *map,
                                                                const gpom_snapshot_io_t *io);
@@ -136,8 +140,7 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_read_begin(gpom_snapshot_t *
  *  Errors  GPOM_ERR_ARG (not begun, another map, or a call changed it since its beams are being
  *          read), GPOM_ERR_FORMAT: neither slot holds a whole snapshot of known format. The map is
  *          as it was; empty if bytes changed between two reads or a forged snapshot repeats an id.
- *  Cost    per block as for writing, and 26 log2(beam_max) comparisons; the last one
- *          O(low-resolution cells), as gpom_map_clear(). */
+ *  Cost: for each block as writing, and 26 log2(beam_max) comparisons; last: all cells. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_snapshot_read_step(gpom_snapshot_t *snapshot,
                                                               gpom_map_t *map, uint32_t n_blocks);
 

@@ -10,14 +10,19 @@
 extern "C" {
 #endif
 
+/** Grows when old programs must change. */
 #define GPOM_VERSION_MAJOR 0
+/** Grows when the interface does. */
 #define GPOM_VERSION_MINOR 1
+/** Grows when only the inside changes. */
 #define GPOM_VERSION_PATCH 0
 /** Version of this interface as one number, e.g. 102 for 0.1.2. */
 #define GPOM_VERSION (GPOM_VERSION_MAJOR * 10000 + GPOM_VERSION_MINOR * 100 + GPOM_VERSION_PATCH)
 
 #if defined(__GNUC__) || defined(__clang__)
+/** The compiler warns where the status that a call returns is ignored. */
 #define GPOM_NODISCARD __attribute__((warn_unused_result))
+/** The shared library exports the function. */
 #define GPOM_API __attribute__((visibility("default")))
 #else
 #define GPOM_NODISCARD
@@ -38,10 +43,14 @@ typedef enum {
     GPOM_ERR_CUT = -10    /**< A search was cut; see gpom_answer_t and config.walk_max. */
 } gpom_status_t;
 
-/** One line of English for a status; never NULL, static storage. */
+/** One line of English for a status; never NULL, static storage.
+ *
+ *  Cost: O(1). */
 GPOM_API const char *gpom_status_str(gpom_status_t status);
 
-/** GPOM_VERSION of the library that is linked, to compare with the header's. */
+/** GPOM_VERSION of the library that is linked, to compare with the header's.
+ *
+ *  Cost: O(1). */
 GPOM_API uint32_t gpom_version(void);
 
 #ifdef __cplusplus
