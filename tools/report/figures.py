@@ -3,9 +3,9 @@
 
 usage: tools/report/figures.py [--check]
 
-A document marks a figure: `<!-- figure: NAME -->50,312<!-- /figure -->`. figures.csv says where NAME
-comes from. Without --check the marks of all documents are filled; figures of the firmware and of
-the demonstration are measured first, where these are built. With --check nothing is written: one
+A document marks a figure: `<!-- figure: NAME -->50,312<!-- /figure -->`. figures.csv says where
+NAME comes from. Without --check the marks of all documents are filled; figures of the firmware and
+of the demonstration are measured first, where these are built. With --check nothing is written: one
 line for each mark that differs from its source, for each figure of five digits or more without a
 mark, and for each line of figures.csv that no document uses; then exit code 1.
 
