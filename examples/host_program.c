@@ -4,8 +4,8 @@
  *         build/host-release/libgpom.a -lldl -lamd -lm -o build/host_program
  *     build/host_program scans.csv 12.5 30 14 30.5
  *
- * Scans are CSV, one a line: t,x,y,theta,angle_min,angle_step,range_max,r0,r1,... in s, m and rad, as
- * gpom-sim writes them. Prints for each point how likely it is occupied. */
+ * Scans are CSV, one a line: t,x,y,theta,angle_min,angle_step,range_max,r0,r1,... in s, m and rad,
+ * as gpom-sim writes them. Prints for each point how likely it is occupied. */
 #define _POSIX_C_SOURCE 200809L /* getline */
 #include "gpom/gpom.h"
 #include "gpom/presets/street.h"

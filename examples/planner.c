@@ -4,7 +4,7 @@
  *     cc -std=c99 -Iinclude -Ibuild/host-release/include examples/planner.c \
  *         build/host-release/libgpom.a -lldl -lamd -lm -o build/planner && build/planner
  *
- * Two rooms, a door between them and a door to the outside; the robot has looked about in both rooms.
+ * Two rooms, a door between them and a door to the outside; the robot has looked about in both.
  * Prints the map: # occupied, . free, ? unsure, blank unknown, * the way. */
 #include "gpom/gpom.h"
 #include "gpom/presets/indoor.h"
