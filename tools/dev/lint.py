@@ -229,7 +229,7 @@ def reformat():
 
 
 def tidy_one(path):
-    flags = ["-Iinclude", "-I.", "-Ibuild/host-release/street",
+    flags = ["-Iinclude", "-I.", "-Ibuild/host-release/street", "-Ibuild/host-release/include",
              "-isystem", os.environ.get("EIGEN", "/usr/include/eigen3"),
              "-DGPOM_LANES=4", "-DGPOM_FMA=0", "-DGPOM_ASSERTS=1"]
     if path.endswith(".c"):

@@ -6,7 +6,7 @@ INSTALLED = $(if $(filter 1,$(PROGRAMS)),$(TOOLS) \
 install: lib presets $(INSTALLED) ## Install library, presets, programs: PREFIX, DESTDIR, SHARED=0
 	$(Q)BUILD=$(BUILD) PREFIX="$(PREFIX)" DESTDIR="$(DESTDIR)" SYSCONFDIR="$(SYSCONFDIR)" \
 	    PRESETS=$(PRESETS)/gpom/presets SHARED=$(SHARED) PROGRAMS="$(INSTALLED)" \
-	    LIBRARIES="$(CORE_LIBS)" tools/install/install
+	    LIBRARIES="$(strip $(CORE_LIBS))" tools/install/install
 
 clean: ## Remove what was built, keep the installed Python environment
 	$(Q)rm -rf build/host-* build/arm-none-eabi-* build/aarch64-linux-gnu-* build/s390x-linux-gnu-*
