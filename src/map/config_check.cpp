@@ -11,17 +11,18 @@ namespace gpom
 namespace
 {
 
-/// Least keep_m besides 0 [m]: places are not known to less, and squares of far less vanish.
+/// Least keep_m other than 0 [m]. Places are not known better than this, and the square of a far
+/// smaller keep_m would be rounded to zero.
 constexpr float kKeepMin_m = 1e-3f;
 
-/// Sides of low-resolution cells, and coordinates of the raster's corner [m].
+/// Limits of a low-resolution cell's side, and of the coordinates of the raster's corner [m].
 constexpr double kCellMin_m = 1e-3;
 constexpr double kCellMax_m = 1e6;
 constexpr double kCornerMax_m = 1e12;
 
 constexpr auto kReach_m = static_cast<float>(GPOM_REACH_M);
 
-/// Fields that may be from 0 to a limit.
+/// Fields that must be from 0 to a limit.
 constexpr struct {
     float gpom_config_t::*field;
     float most;
@@ -35,7 +36,8 @@ constexpr struct {
 
 double magnitude(double x) { return x < 0.0 ? -x : x; }
 
-/// How far the origin may lie so that cells within reach of it have numbers.
+/// True if the origin is so near to zero that all cells within reach of it have numbers. The same
+/// for each axis.
 bool has_cell_numbers(double origin_m, double cell_m)
 {
     return (magnitude(origin_m) + 2.0 * GPOM_REACH_M) / cell_m <= kCellNumberMax;
@@ -51,14 +53,14 @@ ConfigProblem limit_problem(const gpom_config_t &config)
     return ConfigProblem::none;
 }
 
-/// Of what a live map keeps.
+/// The first problem of the fields that decide which beams are kept.
 ConfigProblem keeping_problem(const gpom_config_t &config)
 {
     if (config.keep_m < kKeepMin_m && config.keep_m != 0.0f) {
         return ConfigProblem::keep_m;
     }
     if (config.rebase_m > 0.0f && config.params.frame == GPOM_FRAME_MAP) {
-        return ConfigProblem::rebase_frame; // answers would depend on where the origin is
+        return ConfigProblem::rebase_frame; // answers would depend on the place of the origin
     }
     if (config.clear_scans > 4 || config.clear_scans == 1) {
         return ConfigProblem::clear_scans;
@@ -67,7 +69,7 @@ ConfigProblem keeping_problem(const gpom_config_t &config)
                                                            : ConfigProblem::none;
 }
 
-/// Of the low-resolution map.
+/// The first problem of the fields of the low-resolution map.
 ConfigProblem lowres_problem(const gpom_config_t &config)
 {
     if (config.lowres_nx == 0 && config.lowres_ny == 0) {
@@ -143,7 +145,7 @@ ConfigProblem capacity_problem(const gpom_config_t &config)
         return ConfigProblem::cells;
     }
     return config.beam_max >= 1 && config.beam_max <= GPOM_BEAM_MAX &&
-                   4096 + 62 * uint64_t{config.beam_max} + 8 * n_cells <= SIZE_MAX // on 32 bits
+                   4096 + 62 * uint64_t{config.beam_max} + 8 * n_cells <= SIZE_MAX // for 32 bits
                ? ConfigProblem::none
                : ConfigProblem::beam_max;
 }

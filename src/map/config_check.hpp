@@ -1,4 +1,4 @@
-// What a map's configuration must satisfy, apart from its hyperparameters.
+// Checks of a map's configuration. gpom_params_check() checks the hyperparameters in it.
 #pragma once
 
 #include "gpom/map.h"
@@ -6,8 +6,8 @@
 namespace gpom
 {
 
-/// The first field that is wrong. Only gpom_config_check() has words for it, so that firmware which
-/// does not call that carries none.
+/// The first field that is wrong. Only gpom_config_check() holds the texts, so firmware that does
+/// not call gpom_config_check() does not contain them.
 enum class ConfigProblem : uint8_t {
     none,
     struct_bytes,
@@ -32,10 +32,10 @@ enum class ConfigProblem : uint8_t {
     lowres_corner
 };
 
-/// Also of a configuration that gpom_config_init() did not fill.
+/// The first problem of a configuration, which may be one that gpom_config_init() did not fill.
 ConfigProblem config_problem(const gpom_config_t &config);
 
-/// Are the numbers of beams and cells ones for which gpom_map_bytes() has an answer?
+/// The first problem of the numbers of beams and cells. none: gpom_map_bytes() has an answer.
 ConfigProblem capacity_problem(const gpom_config_t &config);
 
 } // namespace gpom

@@ -1,5 +1,5 @@
 /// \file map.hpp
-/// The map's inside: a header and the arrays behind it, all in the caller's memory.
+/// The inside of a map: a header and the arrays behind it, all in the caller's memory.
 #pragma once
 
 #include "gpom/map.h"
@@ -14,19 +14,19 @@
 
 /// Opaque to users (gpom_map_t).
 struct gpom_map {
-    uint32_t magic; ///< kMapMagic once initialised.
+    uint32_t magic; ///< kMapMagic if the map is initialised.
     gpom_config_t config;
     gpom_stats_t stats;
     gpom::KernelConstants kernel;
     gpom::Noise noise;
     float prior_variance;    ///< k(x*, x*), at the origin in the map frame.
-    float prior_probability; ///< p far from all beams.
-    uint32_t dense_max;      ///< Neighbourhoods of more points are solved sparse.
+    float prior_probability; ///< Probability of occupancy far from all beams.
+    uint32_t dense_max;      ///< Neighbourhoods of more points use the sparse solver.
     gpom::Index index;
     gpom::Keeper keeper;
     gpom::Lowres lowres;
-    gpom::Point refused; ///< Where the last scan out of reach was, if the origin follows the robot.
-    uint32_t n_refused;  ///< Such scans since one was taken (live.hpp: note_out_of_reach()).
+    gpom::Point refused; ///< If the origin follows the robot: place of the last scan out of reach.
+    uint32_t n_refused;  ///< Scans out of reach in a row, near each other (note_out_of_reach()).
 };
 
 namespace gpom
@@ -34,8 +34,8 @@ namespace gpom
 
 constexpr uint32_t kMapMagic = 0x6d6f7067; // "gpom"
 
-/// Byte offsets of everything a map owns. The one place that knows the layout: gpom_map_init()
-/// carves with it, gpom_map_bytes() reports it, GPOM_MAP_BYTES is checked against it.
+/// Byte offsets of all arrays of a map. Only map_layout() knows the layout: gpom_map_init() carves
+/// with it, gpom_map_bytes() reports its total, and GPOM_MAP_BYTES is checked against it.
 struct MapLayout {
     size_t beams, boxes[3], slots[3], recent, provisional, cells, total;
 };
@@ -70,7 +70,7 @@ static_assert(leaf_count(GPOM_BEAM_MAX) <= (1u << (kDepthMax - 2)),
 
 inline bool is_map(const gpom_map *map) { return map != nullptr && map->magic == kMapMagic; }
 
-/// Noise variance of a part's points (noise.hpp).
+/// Noise variance of the points of a beam's part (noise.hpp).
 template <class Part> float noise_of(const gpom_map &map, const Beam &beam, const Part &part)
 {
     return raised(sn2_of(map.noise, beam, part), map.prior_variance, beam.excess);

@@ -15,10 +15,11 @@ bool was_past(const gpom_map &map, const Beam &beam)
     return is_past(beam) && !(beam.hit_time == now.time_mark && beam.stamp_ms == now.stamp_ms);
 }
 
-/// Which hits count: those that were past before now, or those that are not past.
+/// Which hits count: hits that became past before this scan's time, or hits that are not past.
 enum class Wanted : uint8_t { kPast, kNotPast };
 
-/// Not inlined: once inside both callers, the walk would be a call with its state in memory.
+/// Not inlined: if both callers contained it, the compiler would make the walk a separate function
+/// and keep its state in memory instead of registers.
 [[gnu::noinline]] NearHits search_hits(const gpom_map &map, Subtree *stack, const HitSearch &search,
                                        Wanted wanted)
 {

@@ -10,12 +10,13 @@ namespace gpom
 namespace
 {
 
-/// Towards zero. 32 bits hold it, as places are within GPOM_PLACE_MAX_M: 64 bits to double is
-/// software on a Cortex-M.
+/// Rounded towards zero. 32 bits are enough, because places are within GPOM_PLACE_MAX_M. They are
+/// used because a Cortex-M converts 64-bit integers to double in software.
 double whole_metres(double offset_m) { return static_cast<double>(static_cast<int32_t>(offset_m)); }
 
-/// True if the newest scan and the next, of stamp_us, both lie on the same side of the time that is
-/// counted from stamp0_us on.
+/// True if the newest scan and the next scan, of stamp_us, are both outside of the span of stamps
+/// on the same side. Before the span: the newest is before stamp0_us, and the next is more than
+/// kSetBack_ms before stamp0_us. After the span: both are 2^32 - 1 ms or more after stamp0_us.
 bool is_out_of_span(const gpom_map &map, int64_t stamp_us)
 {
     const Keeper &newest = map.keeper;

@@ -1,5 +1,5 @@
 /// \file origin.hpp
-/// The map's origin follows the robot, the span of its stamps the clock.
+/// Moving the map's origin with the robot, and the span of its stamps with the clock.
 #pragma once
 
 #include "src/map/se2.hpp"
@@ -9,24 +9,29 @@ struct gpom_map;
 namespace gpom
 {
 
-/// How far the map's origin has to move to follow the robot: to it, by whole metres, if it is
-/// farther away than rebase_m; else zero.
+/// The step by which the map's origin has to move to follow the robot. If the robot is farther
+/// from the origin than rebase_m, the step leads to the robot, rounded to whole metres towards
+/// zero. Else the step is zero.
 Eigen::Vector2d origin_step(const gpom_map &map, double x_m, double y_m);
 
-/// Of scans in a row out of reach of an origin that follows the robot, each within reach of the one
-/// before, the first that is believed: what is kept came of a wrong pose.
+/// If the origin follows the robot, a scan that is out of reach of the origin may have a wrong pose
+/// and is refused. But if this many scans in a row are out of reach of the origin, and each is
+/// within reach of the scan before it, the last of them is believed: then the kept beams came from
+/// a wrong pose.
 constexpr uint32_t kBelieved = 10;
 
-/// Note a scan that is a step out of reach. True if it is the kBelieved-th.
+/// Note a scan that is out of reach. step_m is its origin_step(). True if it is to be believed.
 bool note_out_of_reach(gpom_map &map, const Eigen::Vector2d &step_m);
 
-/// Move the origin to a scan that is taken. Beams out of reach from there are forgotten. O(1) if
-/// the step is zero, else O(beam_max + cells).
+/// Move the origin by a step before a scan is taken. Beams that are out of reach of the new origin
+/// are forgotten.
+/// Cost: O(1) if the step is zero, else O(beam_max + cells).
 void move_origin(gpom_map &map, const Eigen::Vector2d &step_m);
 
-/// Move the first stamp if the newest scan and the next, of stamp_us, both lie on the same side of
-/// what is counted from there: the clock was set, or the map is old. One alone may be wrong. Then
-/// O(beam_max + cells), else O(1).
+/// Move stamp0_us if the newest scan and the next scan, of stamp_us, are both outside of the span
+/// of stamps on the same side. Then the clock was set, or the map is old. One scan alone is not
+/// enough, because its stamp may be wrong.
+/// Cost: O(beam_max + cells) if stamp0_us moves, else O(1).
 void follow_clock(gpom_map &map, int64_t stamp_us);
 
 } // namespace gpom

@@ -13,7 +13,7 @@ namespace
 constexpr double kVarianceSteps = 255.0;
 constexpr double kProbabilitySteps = 65535.0;
 
-// In double, where the products are exact.
+/// Rounded to the nearest step. Computed in double, because products of floats are exact there.
 uint32_t quantised_probability(float probability)
 {
     const double steps = static_cast<double>(probability) * kProbabilitySteps;
@@ -21,7 +21,7 @@ uint32_t quantised_probability(float probability)
     return steps - static_cast<double>(whole) < 0.5 ? whole : whole + 1;
 }
 
-/// Rounded up, so that nothing looks surer than it is.
+/// Rounded up to the next step, so that no cell looks surer than it is.
 uint32_t quantised_variance(float variance, float prior_variance)
 {
     const double steps =
@@ -55,7 +55,8 @@ void reset_all(const Lowres &lowres, Layer &layer)
     }
 }
 
-/// Cells that the window gains by moving to (ix0, iy0) are reset; the others stay where they are.
+/// Move the window to (ix0, iy0). Cells that are new in the window are reset. The other cells keep
+/// their slots and values.
 void move_window(const Lowres &lowres, Layer &layer, int32_t ix0, int32_t iy0)
 {
     const Window old = layer.window;
@@ -65,7 +66,7 @@ void move_window(const Lowres &lowres, Layer &layer, int32_t ix0, int32_t iy0)
     for (uint32_t ky = 0; ky < old.ny; ++ky) {
         const int32_t iy = iy0 + static_cast<int32_t>(ky);
         for (int32_t ix = ix0; ix < ix_end; ++ix) {
-            if (contains(old, ix, iy)) { // on to the first column beyond the old window
+            if (contains(old, ix, iy)) { // go on at the first column beyond the old window
                 ix = old.ix0 + static_cast<int32_t>(old.nx) - 1;
                 continue;
             }
@@ -75,7 +76,7 @@ void move_window(const Lowres &lowres, Layer &layer, int32_t ix0, int32_t iy0)
     start_round(layer);
 }
 
-/// All cells unknown and dirty, within a change.
+/// Make all cells unknown and dirty. Call it between begin_change() and end_change().
 void reset_layers(Lowres &lowres)
 {
     for (Layer &layer : lowres.layers) {
@@ -86,7 +87,9 @@ void reset_layers(Lowres &lowres)
     lowres_count_change(lowres);
 }
 
-/// First cell of a window of n cells so that the robot's is at most n / 8 off its middle.
+/// First cell of a window of n cells after it followed the robot along one axis. The window moves
+/// only if the robot's cell is more than n / 8 cells from the middle, and then no farther than
+/// needed.
 int32_t followed(int32_t first, uint32_t n, int32_t robot)
 {
     const int32_t slack = static_cast<int32_t>(n / 8);
@@ -106,7 +109,7 @@ void init_layers(Lowres &lowres, const gpom_config_t &config, Cell *cells)
     coarse.cell_max = uint32_t{config.lowres_nx} * config.lowres_ny;
     focus.cells = cells + coarse.cell_max;
     focus.cell_max = config.focus_cell_max;
-    focus.window.cell_m = 1.0; // no cells, but a number to divide by
+    focus.window.cell_m = 1.0; // there are no cells yet, but cell_number() divides by the side
     coarse.window.cell_m = coarse.cell_max > 0 ? config.lowres_cell_m : 1.0;
     coarse.window.nx = config.lowres_nx;
     coarse.window.ny = config.lowres_ny;
@@ -266,7 +269,7 @@ void lowres_move_stamp0(Lowres &lowres, int64_t stamp0_us, const StampShift &shi
     begin_change(lowres);
     lowres.stamp0_us = stamp0_us;
     store(lowres.newest_ms, shift(load(lowres.newest_ms)));
-    const Layer &coarse = lowres.layers[GPOM_LAYER_COARSE]; // the cells of the other come next
+    const Layer &coarse = lowres.layers[GPOM_LAYER_COARSE]; // focus cells follow coarse cells
     const uint32_t n_cells = coarse.cell_max + lowres.layers[GPOM_LAYER_FOCUS].cell_max;
     for (uint32_t slot = 0; slot < n_cells; ++slot) {
         uint32_t &stamp_ms = coarse.cells[slot].stamp_ms;

@@ -1,12 +1,13 @@
 /// \file lowres.hpp
-/// The low-resolution map (lowres.h): two rasters of cells, the marks on them and the order of
-/// work.
+/// The low-resolution map (lowres.h): two rasters of cells, their dirty marks, and the state of
+/// their evaluation.
 ///
-/// One thread, the one that changes the map, calls everything here but `copy_layer` and
-/// `read_info`, which may run beside it. What they read is atomic word by word: cells, and per
-/// layer a copy of its window under the counter, which is odd while a window changes. Every store
-/// of the writer is a release and every load of a reader an acquire: a reader that sees any store
-/// made after the counter became odd also sees the odd counter, so that no fence is needed.
+/// Only the thread that changes the map calls the functions here. gpom_lowres_info() and
+/// gpom_lowres_copy() may run in another thread at the same time. They read words that are atomic
+/// one by one: the cells, and a copy of each layer's window. The counter is odd while a window
+/// changes. Every store of the writer is a release, and every load of a reader is an acquire. So a
+/// reader that sees a store made after the counter became odd also sees the odd counter, and no
+/// fence is needed.
 #pragma once
 
 #include "gpom/lowres.h"
@@ -19,8 +20,8 @@ namespace gpom
 
 constexpr uint32_t kLayers = 2;
 
-/// value: probability in bits 0 .. 15, variance in 16 .. 23, class in 24 .. 25, then kDirty and
-/// kOutside.
+/// value: probability in bits 0 .. 15, variance in bits 16 .. 23, class in bits 24 .. 25, kDirty in
+/// bit 26, kOutside in bit 27.
 struct Cell {
     uint32_t value;
     uint32_t stamp_ms;
@@ -28,12 +29,12 @@ struct Cell {
 static_assert(sizeof(Cell) == 8, "GPOM_MAP_BYTES counts on it");
 
 constexpr uint32_t kDirty = UINT32_C(1) << 26;
-/// Not in the band of the focus layer: never marked, never evaluated.
+/// The cell is not in the band of the focus layer. It is never marked and never evaluated.
 constexpr uint32_t kOutside = UINT32_C(1) << 27;
 
-/// A rectangle of numbered cells. Cell (ix, iy) has its centre at (x0_m + (ix + 0.5) cell_m, ...);
-/// ix0 <= ix < ix0 + nx. It is kept at column ix modulo nx and row iy modulo ny, so that cells stay
-/// where they are while the window moves.
+/// A rectangle of numbered cells, ix0 <= ix < ix0 + nx and iy0 <= iy < iy0 + ny. Cell (ix, iy) has
+/// its centre at (x0_m + (ix + 0.5) cell_m, y0_m + (iy + 0.5) cell_m). Memory holds it at column ix
+/// modulo nx and row iy modulo ny, so that no cell is copied when the window moves.
 struct Window {
     double x0_m, y0_m; ///< Map frame.
     double cell_m;
@@ -41,7 +42,7 @@ struct Window {
     uint32_t nx, ny; ///< 0: there are no cells.
 };
 
-/// What belongs together in a copy.
+/// Data that a reader must get from the same moment.
 struct Published {
     Window window;
     int64_t stamp0_us;
@@ -55,13 +56,13 @@ struct Layer {
     uint32_t cell_max;
     uint32_t n_dirty; ///< Atomic.
     uint32_t cursor;  ///< Next place of the round over dirty cells.
-    uint32_t refresh; ///< Next place of the round over all cells ...
-    uint32_t n_stale; ///< ... and how many places of it are left.
+    uint32_t refresh; ///< Next place of the round over all cells.
+    uint32_t n_stale; ///< Places that are left of the round over all cells.
     Window window;
-    uint32_t published[kPublishedWords]; ///< Atomic: a Published.
+    uint32_t published[kPublishedWords]; ///< Atomic: the words of a Published.
 };
 
-/// A place in the spiral around the robot's cell.
+/// A place on the spiral around the robot's cell.
 struct Spiral {
     uint32_t ring; ///< Chebyshev distance [cells].
     uint32_t i;    ///< 0 .. 8 ring - 1; 0 in ring 0.
@@ -69,82 +70,88 @@ struct Spiral {
 
 struct Lowres {
     Layer layers[kLayers];
-    double origin_x_m, origin_y_m; ///< Map frame: what coordinates of beams are relative to.
+    double origin_x_m, origin_y_m; ///< The map's origin in the map frame. Beams are relative to it.
     int64_t stamp0_us;
     float reach_m;
-    float unknown_variance; ///< A greater one has class unknown.
+    float unknown_variance; ///< A cell with a greater variance has class unknown.
     float prior_variance;
-    uint32_t unknown_value; ///< Cell::value of a cell never evaluated, without flags.
+    uint32_t unknown_value; ///< Cell::value of a cell that was never evaluated, without flags.
     uint32_t counter;       ///< Atomic: odd while a window changes.
     uint32_t map_sequence;  ///< Atomic.
     uint32_t newest_ms;     ///< Atomic.
     uint32_t frame_epoch;
-    int32_t robot_ix, robot_iy; ///< Cell of the coarse layer, also beyond its window.
+    int32_t robot_ix, robot_iy; ///< The robot's cell in the coarse layer. May be out of its window.
     Spiral near;
     uint8_t turn; ///< Groups evaluated, modulo 8.
     uint8_t is_rolling;
     uint8_t has_stamp0;
 };
 
-/// Greatest cell number; float64 tells neighbouring cells apart far beyond it.
+/// Greatest cell number. float64 tells neighbouring cells apart far beyond this number.
 constexpr double kCellNumberMax = 1e9;
 
-/// However large, cells about the map frame's zero are four.
+/// Fewest cells of a focus layer. A path around the zero of the map frame touches four cells,
+/// however large the cells are.
 constexpr uint32_t kFocusCellsMin = 4;
 
-/// Cells of both layers.
+/// Number of cells of both layers.
 constexpr uint64_t lowres_cell_count(const gpom_config_t &config)
 {
     return uint64_t{config.lowres_nx} * config.lowres_ny + config.focus_cell_max;
 }
 
-/// Make both layers in `cells`, lowres_cell_count() of them: all unknown and dirty, no focus.
+/// Build both layers in `cells`, which has lowres_cell_count() elements. All cells are unknown and
+/// dirty, and there is no focus.
 void lowres_init(Lowres &lowres, const gpom_config_t &config, Cell *cells);
 
-/// All cells unknown and dirty; the focus stays.
+/// Make all cells unknown and dirty. The focus stays.
 void lowres_clear(Lowres &lowres);
 
-/// Where coordinates of beams and stamps count from.
+/// Place and time that the coordinates and stamps of beams are relative to.
 struct Anchor {
     double origin_x_m, origin_y_m;
     int64_t stamp0_us;
     uint32_t frame_epoch;
 };
 
-/// The map got other beams: every cell is unknown and dirty; epochs go on from the greater.
-/// has_scans  false: the first scan that comes sets the first stamp.
+/// The map got other beams: make every cell unknown and dirty. The frame epoch becomes the greater
+/// of the present one and the anchor's.
+/// has_scans  false: the next scan sets stamp0_us.
 void lowres_restore(Lowres &lowres, const Anchor &anchor, bool has_scans);
 
-/// Whole milliseconds from stamp0_us on, held within 32 bits (49 days).
+/// Whole milliseconds from stamp0_us to stamp_us, limited to 0 .. 2^32 - 1 (49 days).
 uint32_t milliseconds_since(int64_t stamp0_us, int64_t stamp_us);
 
-/// A scan this much older than the newest is not late: the clock was ahead.
+/// If a scan is older than the newest scan by more than this, it is not late. The clock was ahead
+/// before and has been set back.
 constexpr uint32_t kSetBack_ms = 60000;
 
-/// The same time, counted from elsewhere, held within 32 bits. One of the two is 0.
+/// Converts a stamp when stamp0_us moves: adds more_ms or subtracts less_ms, of which one is 0. The
+/// result is limited to 32 bits.
 struct StampShift {
     uint32_t more_ms, less_ms;
 
     uint32_t operator()(uint32_t stamp_ms) const;
 };
 
-/// Let stamps count from stamp0_us on; cells never evaluated stay at 0.
+/// Set stamp0_us and shift the stamps of all cells. Cells that were never evaluated keep stamp 0.
 void lowres_move_stamp0(Lowres &lowres, int64_t stamp0_us, const StampShift &shift);
 
-/// A scan was taken with the robot there (relative to the map's origin): the window moves, the
-/// spiral begins anew, stamp and map_sequence go on.
+/// A scan was taken with the robot at a place, given relative to the map's origin. Moves the window
+/// if it is a rolling one, starts the spiral again, and updates newest_ms and map_sequence.
 void lowres_follow(Lowres &lowres, Point robot, int64_t stamp_us);
 
-/// The map changed without a scan.
+/// Count a change of the map that no scan made.
 inline void lowres_count_change(Lowres &lowres)
 {
     __atomic_store_n(&lowres.map_sequence, lowres.map_sequence + 1, __ATOMIC_RELEASE);
 }
 
-/// Mark the cells whose centre is within reach_m of a beam that came or went: from its sensor to
-/// its hit, relative to the map's origin; about its ends some within sqrt(2) reach_m, too, and for
-/// rounding those at most 4e-6 farther of the distance that beam and raster span together.
-/// O(rows that it crosses + cells in reach).
+/// Mark the cells whose centre is within reach_m of a beam that was inserted or dropped. The beam
+/// runs from its sensor to its hit, relative to the map's origin. Near its ends, some cells within
+/// sqrt(2) reach_m are marked, too. The reach is a little greater to allow for rounding: by at most
+/// 4e-6 of the distance that beam and raster span together.
+/// Cost: O(rows that the beam crosses + cells in reach).
 void lowres_mark_segment(Lowres &lowres, Point from, Point to, float reach_m);
 
 /// Mark the cells whose centre lies in a box, widened by reach_m.
@@ -152,15 +159,15 @@ void lowres_mark_box(Lowres &lowres, Point low, Point high, float reach_m);
 
 void lowres_mark_all(Lowres &lowres);
 
-/// The map's origin moved by (dx_m, dy_m). The map frame, and with it every cell, stays; what beams
-/// say of it was rounded anew, so that all cells will be evaluated once more.
+/// The map's origin moved by (dx_m, dy_m). The map frame does not move, and neither do the cells.
+/// But the coordinates of beams were rounded again, so all cells will be evaluated once more.
 void lowres_rebase(Lowres &lowres, double dx_m, double dy_m);
 
-/// The map frame jumped: the next epoch, visible to readers, with the cells as they were or, if
-/// `clears`, at the same moment all unknown and dirty.
+/// The map frame jumped: start the next frame epoch, which readers see. If `clears`, all cells
+/// become unknown and dirty at the same moment. Else they stay as they are.
 void lowres_start_epoch(Lowres &lowres, bool clears);
 
-/// Quantise an answer (lowres.h, gpom_cell_t); no flags.
+/// Cell::value of an answer, quantised as gpom_cell_t in lowres.h says, without flags.
 uint32_t lowres_value(const Lowres &lowres, const gpom_answer_t &answer);
 
 inline uint32_t class_of_value(uint32_t value) { return value >> 24 & 3; }
@@ -173,7 +180,7 @@ inline void store(uint32_t &word, uint32_t value)
     __atomic_store_n(&word, value, __ATOMIC_RELEASE);
 }
 
-/// i modulo n, 0 .. n - 1 for negative i, too.
+/// i modulo n. The result is 0 .. n - 1, for negative i, too.
 inline uint32_t wrap_index(int32_t i, uint32_t n)
 {
     const int32_t rest = i % static_cast<int32_t>(n);
@@ -187,7 +194,7 @@ inline bool contains(const Window &w, int32_t ix, int32_t iy)
     return kx >= 0 && kx < w.nx && ky >= 0 && ky < w.ny;
 }
 
-/// Where a cell of the window is kept.
+/// The slot of a cell of the window.
 inline uint32_t slot_of(const Window &w, int32_t ix, int32_t iy)
 {
     return wrap_index(iy, w.ny) * w.nx + wrap_index(ix, w.nx);
@@ -195,11 +202,11 @@ inline uint32_t slot_of(const Window &w, int32_t ix, int32_t iy)
 
 inline uint32_t cell_count(const Window &w) { return w.nx * w.ny; }
 
-/// Number of the cell that contains a coordinate, saturating far beyond any window.
+/// Number of the cell that contains a coordinate, limited to -kCellNumberMax .. kCellNumberMax.
 int32_t cell_number(double x_m, double x0_m, double cell_m);
 
-/// Places of a round: the cells in tiles of 4 x 4 slots, so that a group's cells share their
-/// search; those of the last tiles may lie beyond the raster.
+/// A round visits the cells in tiles of 4 x 4 slots, so that the cells of a group lie close
+/// together and share their search. Some places of the last tiles may lie beyond the raster.
 constexpr uint32_t kTileSide = 4;
 inline uint32_t tiles_along(uint32_t n) { return (n + kTileSide - 1) / kTileSide; }
 inline uint32_t place_count(const Window &w)
@@ -213,18 +220,19 @@ inline bool has_dirty_cells(const Lowres &lowres)
            load(lowres.layers[GPOM_LAYER_FOCUS].n_dirty) > 0;
 }
 
-/// Begin and end a change of windows: readers retry what overlaps it.
+/// Begin and end a change of windows. A reader whose read overlaps the change reads again.
 void begin_change(Lowres &lowres);
 void end_change(Lowres &lowres);
 
-/// Columns or rows of a window from its corner: [first, end).
+/// Columns or rows of a window, counted from its corner: [first, end).
 struct Span {
     uint32_t first, end;
 };
 
-/// The cells near a stretch, in cells from the window's corner: a strip along it, cut to the box
-/// that bounds all within its radius. That is all cells within the radius, and about the ends some
-/// within sqrt(2) radii. Columns of row v: |u - (offset + slope v)| <= half_width.
+/// The cells near a stretch. Coordinates (u, v) are in cells from the window's corner. The strip
+/// runs along the stretch and is cut to the box around all points within the radius. It holds all
+/// cells within the radius, and near the ends of the stretch some within sqrt(2) radii. Its columns
+/// in row v are |u - (offset + slope v)| <= half_width.
 struct Strip {
     float u_min, u_max, v_min, v_max;
     float offset, slope, half_width;
@@ -232,7 +240,7 @@ struct Strip {
 
 Strip strip_of(const Lowres &lowres, const Window &w, Point from, Point to, float radius_m);
 
-/// Numbers of the n cells whose centres k + 0.5 lie in [low, high].
+/// Numbers k, of 0 .. n - 1, of the cells whose centres k + 0.5 lie in [low, high].
 inline Span centres_between(float low, float high, uint32_t n)
 {
     const float n_cells = static_cast<float>(n);
@@ -248,7 +256,7 @@ inline Span centres_between(float low, float high, uint32_t n)
     return {first, end > first ? end : first};
 }
 
-/// Columns of row ky in a strip.
+/// Columns of a strip in row ky.
 inline Span columns_of(const Strip &strip, uint32_t ky, uint32_t nx)
 {
     const float middle = strip.offset + strip.slope * (static_cast<float>(ky) + 0.5f);
@@ -280,7 +288,7 @@ inline void for_cells(Cell *cells, const Window &w, Span rows, Columns columns_o
     }
 }
 
-/// The cells of a strip.
+/// Call visit(cell) for the cells of a strip.
 template <class Visit> inline void for_strip(Layer &layer, const Strip &strip, Visit visit)
 {
     const Window &w = layer.window;
@@ -289,10 +297,10 @@ template <class Visit> inline void for_strip(Layer &layer, const Strip &strip, V
         [&strip, &w](uint32_t ky) { return columns_of(strip, ky, w.nx); }, visit);
 }
 
-/// The round over all cells begins anew: something changed.
+/// Start the round over all cells again, because the map or the window changed.
 void start_round(Layer &layer);
 
-/// A cell becomes unknown and dirty, or outside.
+/// Make a cell unknown, and dirty unless it is outside of the focus band.
 void reset_cell(const Lowres &lowres, Layer &layer, uint32_t slot, bool is_outside);
 
 } // namespace gpom

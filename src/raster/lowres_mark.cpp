@@ -1,4 +1,4 @@
-// Which cells a change of the map can reach.
+// Marking the cells that a change of the map can reach.
 #include "src/raster/lowres.hpp"
 
 #include <float.h>
@@ -8,9 +8,9 @@ namespace gpom
 namespace
 {
 
-/// Rounding of a strip's coordinates, in parts of their size.
+/// Relative rounding error of a strip's coordinates.
 constexpr float kRounding = 1e-6f;
-/// A stretch that rises less than this many cells is level.
+/// A stretch that spans fewer rows than this counts as level [cells].
 constexpr float kLevel = 1e-3f;
 
 float cells_from_corner(double origin_m, float offset_m, double corner_m, double cell_m)
@@ -27,7 +27,7 @@ void mark(Cell &cell, uint32_t &n_marked)
     }
 }
 
-/// After marks in a layer: the round over all cells begins anew.
+/// Count the cells that were marked in a layer, and start the round over all its cells again.
 void count_marks(Layer &layer, uint32_t n_marked)
 {
     store(layer.n_dirty, load(layer.n_dirty) + n_marked);
@@ -56,7 +56,7 @@ Strip strip_of(const Lowres &lowres, const Window &w, Point from, Point to, floa
                    0.0f,
                    0.0f,
                    FLT_MAX};
-    if (lane::abs(dv) > kLevel) { // else the box alone is near enough
+    if (lane::abs(dv) > kLevel) { // the cells near a level stretch are those of its box
         strip.slope = du / dv;
         strip.offset = u0 - strip.slope * v0;
         const float steepness = lane::abs(strip.slope);
