@@ -29,8 +29,8 @@ void Log::tell_lost()
     }
 }
 
-/// Into a pipe for which poll() says that it has room, PIPE_BUF bytes go at once. O_NONBLOCK would
-/// be felt by all who share standard output.
+/// Write one line if poll() says that there is room. A pipe with room takes PIPE_BUF bytes in one
+/// write. O_NONBLOCK is not used, because it would change all processes that share standard output.
 bool Log::write_line(const char *text)
 {
     constexpr char kBegin[] = "gpomd: ";

@@ -22,12 +22,12 @@ constexpr std::size_t kPrefix = sizeof kMulticast - 1;
 
 constexpr long kTtlMax = 255;
 
-/// The number that an option is set to; 0: it is not there.
+/// The number that an option is set to. 0: the option is absent.
 long option(const char *options, const char *name)
 {
     const std::size_t n_name = std::strlen(name);
     for (const char *at = options; *at != '\0'; at += std::strcspn(at, "&")) {
-        ++at; // past ? or &
+        ++at; // skip ? or &
         if (std::strncmp(at, name, n_name) == 0 && at[n_name] == '=') {
             return std::strtol(at + n_name + 1, nullptr, 0);
         }
@@ -35,7 +35,7 @@ long option(const char *options, const char *name)
     return 0;
 }
 
-/// Is each option one that is known, with a number that it may have?
+/// True if every option is known and has a number in its range.
 bool has_good_options(const char *options)
 {
     constexpr struct {
@@ -43,7 +43,7 @@ bool has_good_options(const char *options)
         long most;
     } kOptions[] = {{"ttl=", kTtlMax}, {"recv_buf_size=", INT_MAX}};
     for (const char *at = options; *at != '\0'; at += std::strcspn(at, "&")) {
-        ++at; // past ? or &
+        ++at; // skip ? or &
         bool is_good = false;
         for (const auto &known : kOptions) {
             const char *const digits = at + std::strlen(known.name);
