@@ -78,7 +78,7 @@ std::set<std::string> keys_of(std::int32_t kernel)
     return keys;
 }
 
-/// What goes beyond the paper's model; each is neutral where its key is absent.
+/// Read the keys that go beyond the paper's model. An absent key has no effect.
 void read_context(const TomlTable &table, gpom_params_t &params)
 {
     const std::pair<const char *, float *> numbers[] = {{"depth_m", &params.depth_m},
@@ -132,7 +132,7 @@ gpom_params_t params_from(const TomlTable &table)
     return params;
 }
 
-/// The key that a problem text of gpom_params_check() names first.
+/// The key that a text of gpom_params_check() names first.
 std::string key_of(const std::string &problem)
 {
     return problem.substr(0, problem.find_first_of(":,"));

@@ -22,7 +22,7 @@ void Log::tell(const char *text)
 
 void Log::tell_lost()
 {
-    char text[64] = "lines that were not told: ";
+    char text[64] = "log lines lost: ";
     std::to_chars(text + std::strlen(text), std::end(text) - 1, n_lost_);
     if (n_lost_ > 0 && write_line(text)) {
         n_lost_ = 0;

@@ -99,11 +99,11 @@ const char *url_problem(const char *url)
         return "LCM's URL must be udpm://ADDRESS:PORT?ttl=0 with a multicast address";
     }
     if (!IN_MULTICAST(ntohl(network.group.sin_addr.s_addr))) {
-        return "LCM's URL: the address is not one of multicast, 224.0.0.0 to 239.255.255.255";
+        return "LCM's URL: the address is not a multicast address (224.0.0.0 to 239.255.255.255)";
     }
     if (!has_good_options(url + std::strcspn(url, "?"))) {
-        return "LCM's URL: options are ttl=0 to 255 and recv_buf_size=BYTES, ? before the first, & "
-               "between them";
+        return "LCM's URL: options are ttl=0 to 255 and recv_buf_size=BYTES; write ? before the "
+               "first option and & between options";
     }
     return nullptr;
 }
@@ -124,7 +124,7 @@ const char *network_problem(const char *url)
         close(fd);
     }
     if (result != 0 && error == ENETUNREACH) {
-        return "there is no route for multicast; for this machine alone, run as root: "
+        return "there is no route for multicast; to use LCM on this machine only, run as root: "
                "ip link set lo up && ip route add 224.0.0.0/4 dev lo";
     }
     return nullptr;

@@ -63,7 +63,8 @@ const char *Sender::open(const char *url, int buffer_bytes)
     set_option(fd_, IPPROTO_IP, IP_RECVERR, 1); // without this the system does not report datagrams
                                                 // dropped by a full queue
     const bool is_open = port_ != 0 && set_option(fd_, IPPROTO_IP, IP_MULTICAST_TTL, network.ttl);
-    return is_open ? nullptr : "cannot make a socket for LCM's network; are files or ports spent?";
+    return is_open ? nullptr
+                   : "cannot make a socket for LCM's network; are all files or ports in use?";
 }
 
 bool Sender::send(const char *channel, const std::uint8_t *bytes, std::size_t n_bytes,

@@ -122,8 +122,8 @@ const char *Subscriber::open(const char *url)
     has_link_ = is_joined;
     n_links_ = is_joined ? 1 : 0;
     return is_joined ? nullptr
-                     : "cannot receive from LCM's network; does another program keep its port for "
-                       "itself? `ss -ulpn` lists them";
+                     : "cannot receive from LCM's network; does another program hold its port? "
+                       "`ss -ulpn` lists the programs";
 }
 
 /// A membership is one interface's, and ends unnoticed when that is removed: so join again and

@@ -82,7 +82,7 @@ const char *QueryQueue::push(const std::uint8_t *bytes, std::size_t n_bytes, boo
     std::uint32_t i_slot = 0;
     has_slot = free.pop(i_slot, 0);
     if (!has_slot) {
-        return "32 wait already: ask less often, or more points at once";
+        return "32 queries wait already: ask less often, or ask about more points at once";
     }
     QuerySlot &slot = slots_[i_slot];
     gpom_wire_fault_t fault = gpom_wire_query_decode(&slot.query, bytes, n_bytes);

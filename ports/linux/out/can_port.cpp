@@ -24,15 +24,15 @@ constexpr std::int64_t kOpenPeriod_us = 200000;
 constexpr std::int64_t kBackOffMin_us = 2000, kBackOffMax_us = 500000;
 
 constexpr const char *kNews[] = {
-    "is there: frames are taken and sent",
-    "is not there, or this kernel has no CAN; it is looked for until it comes. A virtual one: "
-    "modprobe vcan && ip link add vcan0 type vcan && ip link set vcan0 mtu 72 up",
-    "carries no CAN FD: frames of more than 8 bytes are not sent. A virtual one: ip link set "
-    "vcan0 mtu 72; another: ip link set can0 type can ... dbitrate RATE fd on",
+    "is there: frames are received and sent",
+    "is not there, or this kernel has no CAN; gpomd waits for it. To make a virtual one: modprobe "
+    "vcan && ip link add vcan0 type vcan && ip link set vcan0 mtu 72 up",
+    "carries no CAN FD: frames of more than 8 bytes are not sent. For a virtual interface: ip "
+    "link set vcan0 mtu 72; for a real one: ip link set can0 type can ... dbitrate RATE fd on",
     "is down; bring it up with: ip link set INTERFACE up",
     "is up again",
-    "was removed; it is looked for until it comes back",
-    "is bus-off: the controller takes no part in the bus. It comes back by itself only if it may: "
+    "was removed; gpomd waits until it comes back",
+    "is bus-off: the controller takes no part in the bus. To let it come back by itself: "
     "ip link set INTERFACE type can restart-ms 100",
     "was restarted after bus-off",
     "brings no odometry: no message for can.odometry.timeout_s",
