@@ -26,13 +26,13 @@ namespace
 {
 
 constexpr int kWait_ms = 100;
-/// A line that takes nothing for so long is stuck: the frame is given up.
+/// A line that accepts no bytes for this time is stuck, and the frame is given up.
 constexpr int kStuck_ms = 2000;
 
-/// Of the longest scan that is passed on.
+/// Ranges of the longest scan that is passed on.
 constexpr std::uint32_t kRangesMax = 3000;
 
-/// Messages of the device in fragments: none of its own are longer.
+/// The longest message of the device in fragments. Its own messages are not longer.
 constexpr std::uint32_t kMessageBytesMax = 65536;
 constexpr std::uint32_t kFragmentsMax = 64;
 
@@ -47,19 +47,19 @@ struct Options {
 void declare_options(CLI::App &app, Options &options)
 {
     app.add_option("line", options.line,
-                   "Serial port, or unix:PATH or tcp:HOST:PORT where QEMU gives its UART (-serial)")
+                   "Serial port, or unix:PATH or tcp:HOST:PORT of QEMU's UART (-serial)")
         ->required()
         ->type_name("LINE");
-    app.add_option("--baud", options.baud, "Of a serial port; 8 bits, no parity")
+    app.add_option("--baud", options.baud, "Rate of a serial port, with 8 bits and no parity")
         ->capture_default_str();
     app.add_option("--url", options.url, "LCM's network")->capture_default_str();
     app.add_option("--to-device", options.to_device,
-                   "Channels that are passed on to the device; what it sends is published on the "
-                   "channels that it names; may be repeated, at most 16 in all")
+                   "Channels whose messages go to the device; may be repeated, at most 16 in all. "
+                   "The device names the channels of its own messages")
         ->expected(1, static_cast<int>(gpomd::Subscriber::kSubscriptionsMax))
         ->allow_extra_args(false)
         ->capture_default_str();
-    app.add_option("--report", options.report_s, "Print the counters every so often [s]; 0: never")
+    app.add_option("--report", options.report_s, "Period of printing the counters [s]; 0: never")
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str();
 }
@@ -68,7 +68,7 @@ std::atomic<bool> is_stopped{false};
 
 void stop(int) { is_stopped.store(true); }
 
-/// A sender's LCM messages into frames on the line.
+/// Turns LCM messages of a sender into frames on the line.
 class ToDevice {
 public:
     explicit ToDevice(SerialLine &line) : line_(line), frame_(GPOM_UART_FRAME_BYTES(UINT16_MAX)) {}
@@ -125,7 +125,7 @@ private:
     long n_sent_ = 0, n_dropped_ = 0;
 };
 
-/// The device's frames onto the bus.
+/// Publishes the frames of the device over LCM.
 class FromDevice {
 public:
     FromDevice(SerialLine &line, gpomd::Sender &sender)
@@ -141,7 +141,7 @@ public:
         }
     }
 
-    /// Take what comes for a moment.
+    /// Read and publish what has come. Waits for a moment.
     void take()
     {
         std::uint8_t bytes[4096];
@@ -154,7 +154,7 @@ public:
             }
         }
     }
-    /// Any thread may ask.
+    /// Any thread may call this.
     long n_published() const { return n_published_; }
     gpom_uart_frame_stats_t frames() const
     {
@@ -180,7 +180,7 @@ private:
     gpomd::Sender &sender_;
     std::vector<std::uint8_t> body_;
     std::vector<std::uint64_t> slot_;
-    mutable std::mutex mutex_; ///< Of reader_.
+    mutable std::mutex mutex_; ///< Guards reader_.
     gpom_uart_frame_reader_t reader_;
     gpom_wire_receiver_t receiver_;
     std::atomic<long> n_published_{0};
@@ -203,7 +203,7 @@ void report(const ToDevice &to, const FromDevice &from, const gpomd::Counts &cou
     std::fflush(stdout);
 }
 
-/// The line is read by a thread of its own, so that neither direction waits for the other.
+/// The line is read by its own thread, so that neither direction waits for the other.
 void run(const Options &options)
 {
     SerialLine line(options.line, options.baud);
@@ -250,7 +250,7 @@ void run(const Options &options)
                 report(to, from, counts);
             }
         }
-    } catch (...) { // the reader must end before its line does
+    } catch (...) { // the reader must end before its line is closed
         is_stopped.store(true);
         reader.join();
         throw;
@@ -268,9 +268,10 @@ int main(int argc, char **argv)
 {
     signal(SIGTERM, stop);
     signal(SIGINT, stop);
-    CLI::App app("Connect a device behind a serial line with LCM: messages of some channels go to "
-                 "it, what it sends is published.",
-                 "gpom-bridge");
+    CLI::App app(
+        "Connect a device behind a serial line with LCM: send messages of some channels to "
+        "it, and publish its messages.",
+        "gpom-bridge");
     Options options;
     declare_options(app, options);
     return run_tool(app, argc, argv, [&options] { run(options); });

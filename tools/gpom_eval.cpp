@@ -1,4 +1,4 @@
-// gpom-eval: the library's map and its rivals on the same data, judged at the same points.
+// gpom-eval: compares the library's map with its rivals on the same data, at the same test points.
 #include "ports/host/command_line.hpp"
 #include "ports/host/params_toml.hpp"
 #include "ports/host/scan_options.hpp"
@@ -22,11 +22,11 @@ using namespace gpom_tools;
 constexpr std::uint32_t kPictureColumns = 400;
 constexpr std::uint32_t kPictureRows = 300;
 constexpr double kCoarseCellsMin = 30.0;
-constexpr double kWindowWidth = 40.0; // at most; m, as are these
+constexpr double kWindowWidth = 40.0; // [m], at most, like the next two
 constexpr double kWindowHeight = 30.0;
 constexpr double kWindowCell = 0.1;
 
-/// A method's map as asked at the picture's raster.
+/// Answers of each method's map at the cells of the picture.
 struct Pictures {
     std::vector<gpom_point_t> points;
     std::vector<gpom_answer_t> map;
@@ -34,19 +34,20 @@ struct Pictures {
     std::vector<double> wide_grid;
 };
 
-/// The paper's Figs. 5 and 6: the whole area in coarse cells, and a window in fine ones.
+/// The paper's Figs. 5 and 6: the whole area in coarse cells, and one part of it in fine cells.
 struct View {
     std::string name;
     std::vector<gpom_point_t> points;
     std::vector<gpom_answer_t> map;
-    std::vector<double> grid; ///< Occupancy grid, widened beams, of such cells or its own if finer.
+    std::vector<double> grid; ///< Occupancy grid with widened beams. Its cells are those of the
+                              ///< view, or its own if they are finer.
 };
 
-/// Everything measured, and what was left out and why.
+/// All results, and notes on what was left out and why.
 struct Outcome {
     std::vector<MethodResult> methods;
-    nlohmann::ordered_json grids; ///< What was chosen for the log-odds grids.
-    double prior_variance = 0.0;  ///< Of the first method's map.
+    nlohmann::ordered_json grids; ///< The cell sizes chosen for the log-odds grids.
+    double prior_variance = 0.0;  ///< Prior variance of the first method's map.
     std::vector<NeighbourRow> neighbours;
     std::vector<std::string> notes;
 };
@@ -59,8 +60,9 @@ gpom_raster_t picture_raster(const Trial &trial, double cell_min_m)
     return raster_over(trial.low, trial.high, cell_m, 0.0);
 }
 
-/// The origin is the middle of the drive: in the map frame, resolution falls with the distance
-/// from it, so that this is kind to the paper's map; in the query frame it does not matter.
+/// A map with its origin in the middle of the drive. In the map frame the resolution falls with the
+/// distance from the origin, so this choice favours the paper's map. In the query frame the origin
+/// does not matter.
 HostMap map_of(const Trial &trial, const gpom_params_t &params)
 {
     HostMap map(params, beam_count(trial.scans), middle_of(trial.scans));
@@ -80,7 +82,8 @@ MethodResult gp_result(const std::string &key, const std::string &label, const T
     return judged(std::move(method), trial.test);
 }
 
-/// The paper's parameters: as asked for, else NAME_paper.toml beside NAME.toml, else none.
+/// Path of the paper's parameters: the option if given, otherwise NAME_paper.toml beside NAME.toml,
+/// otherwise empty.
 std::string map_frame_path(const EvalOptions &options)
 {
     if (!options.map_frame_path.empty()) {
@@ -192,7 +195,7 @@ Pictures pictures_of(const Trial &trial, const HostMap &map, const LogOddsGrids 
     return {points, map.query(raster), ask(grids.thin.grid, points), ask(grids.wide.grid, points)};
 }
 
-/// Of 5, 2, 1 and 0.5 m the coarsest cell that leaves some 30 columns or rows.
+/// The coarsest of the cells 5, 2, 1 and 0.5 m that gives about 30 columns or rows.
 double coarse_cell(const Trial &trial)
 {
     const double side_m = std::max(trial.high.x_m - trial.low.x_m, trial.high.y_m - trial.low.y_m);
@@ -213,7 +216,7 @@ View coarse_view(const Trial &trial, const HostMap &map, const LogOddsGrids &gri
             ask(wide_grid_like(grids.wide, trial, cell_m), points)};
 }
 
-/// About the place where the robot is halfway, but inside the area.
+/// A window around the robot's place in the middle of the drive, inside the area.
 View window_view(const Trial &trial, const HostMap &map, const LogOddsGrids &grids)
 {
     const auto start = [](double middle_m, double length_m, double low_m, double high_m) {

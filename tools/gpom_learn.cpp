@@ -1,4 +1,4 @@
-// gpom-learn: hyperparameters from scans.
+// gpom-learn: learns hyperparameters from scans.
 #include "ports/host/command_line.hpp"
 #include "ports/host/params_toml.hpp"
 #include "ports/host/progress.hpp"
@@ -30,9 +30,9 @@ struct Options {
     std::string kernel = "all";
     std::string method = "lobo";
     std::string fixed;
-    std::optional<std::string> model; ///< Absent: full, with lml paper.
+    std::optional<std::string> model; ///< Absent: full. With --method lml: paper.
     std::uint64_t seed = 0;
-    std::optional<double> fraction; ///< Absent: a live map of a log, all of a street.
+    std::optional<double> fraction; ///< Absent: a live map of a log, or all beams of a street.
     double free_weight = 1.0;
     std::optional<std::uint64_t> training_of;
     LiveConfig live;
@@ -48,7 +48,7 @@ struct Options {
 
 bool is_street(const Options &options) { return !options.truth_paths.empty(); }
 
-/// Learnt for a live map of a log: unless a share of the beams is asked for.
+/// True if the parameters are for a live map of a log. That is the case unless --fraction is given.
 bool is_live(const Options &options) { return !is_street(options) && !options.fraction; }
 
 void declare_data(CLI::App &app, Options &options)
@@ -222,7 +222,7 @@ LmlOptions lml_options(const Options &options)
     return lml;
 }
 
-/// What is asked for, checked before long files are read.
+/// The options after checking, so that errors are reported before long files are read.
 struct Plan {
     std::vector<LearnSource> sources;
     DataOptions data;
@@ -277,7 +277,7 @@ std::vector<JudgedFit> fits_of(const Plan &plan, const LearnData &data)
     return fits;
 }
 
-/// The map that the parameters fit: others want their own.
+/// One sentence that says which maps the parameters fit. Other maps need parameters of their own.
 std::string map_learnt_for(const Options &options)
 {
     char text[160];
@@ -305,7 +305,7 @@ std::string how_learnt(const Options &options, const LearnData &data)
            std::to_string(data.worlds.size()) + " files.\n" + map_learnt_for(options);
 }
 
-/// The files that are asked for, all of one model.
+/// The files to write, all with the same parameters.
 std::vector<FileContent> files_of(const Options &options, const LearntParams &params,
                                   const std::string &comment)
 {
@@ -344,7 +344,7 @@ void learn(const Options &options)
                 files.front().bytes.c_str());
 }
 
-/// The command line with files as their names alone: the same wherever it was run.
+/// The command line without the folders of its files, so that it is the same wherever it was run.
 std::string command_of(int argc, const char *const *argv)
 {
     std::string command = "gpom-learn";

@@ -1,4 +1,4 @@
-// gpom-live: what a live map knows and costs.
+// gpom-live: measures what a live map knows and what it costs.
 #include "ports/host/command_line.hpp"
 #include "ports/host/file_error.hpp"
 #include "ports/host/params_toml.hpp"
@@ -30,7 +30,7 @@ struct Options {
     InsertBench bench{default_drive()};
 };
 
-/// A subcommand with what all of them take.
+/// Add a subcommand with the options that all of them have.
 CLI::App *add_command(CLI::App &app, const std::string &name, const std::string &what,
                       Options &options)
 {
@@ -50,7 +50,7 @@ void add_spurious_option(CLI::App &command, double &share)
         ->capture_default_str();
 }
 
-/// What says of which scans a map is made, and which of them judge it.
+/// Add the options that decide which scans make a map and which scans judge it.
 void add_judge_options(CLI::App &command, JudgeOptions &judge)
 {
     command
@@ -212,7 +212,7 @@ nlohmann::ordered_json judge_figures(Options &options)
     return judge_report(options.judge);
 }
 
-/// Random places of a street for each line: those away from its beams are left out.
+/// Random places of a street tried for each line. Places away from the beams are left out.
 constexpr std::size_t kPlacesPerLine = 8;
 
 nlohmann::ordered_json seams_figures(Options &options)

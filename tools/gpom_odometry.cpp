@@ -1,4 +1,4 @@
-// gpom-odometry: what odometry between poses is worth to the map, on a simulated drive.
+// gpom-odometry: measures how much odometry between poses improves the map, on a simulated drive.
 #include "ports/host/command_line.hpp"
 #include "ports/host/file_error.hpp"
 #include "ports/host/params_toml.hpp"
@@ -45,14 +45,14 @@ struct Options {
     gpomd::OdometryConfig odometry = {200000, 5000000, 0.02, 0.005, 0.01, 0.001};
 };
 
-/// The drive and what its sensors say of it.
+/// A drive, and the readings of its sensors.
 struct Drive {
-    std::vector<Scan> scans;        ///< With true poses; t_s as driven.
-    std::vector<StampedPose> poses; ///< Of the localiser, one for each scan.
+    std::vector<Scan> scans;        ///< Scans with their true poses and times.
+    std::vector<StampedPose> poses; ///< Poses of the localiser, one for each scan.
     std::vector<Motion> motions;
 };
 
-/// How scans between poses get theirs.
+/// How scans between poses get their pose.
 enum class Between { every_has_one, odometry, plain_odometry, interpolated, dropped };
 
 struct Row {
@@ -78,7 +78,8 @@ const Row kRows[] = {
 
 std::int64_t stamp_of(const Scan &scan) { return std::llround(1e6 * scan.t_s); }
 
-/// Scans come every step of the way; the speed says when.
+/// Set the times of the scans. Scans come at equal steps of the way, so their times follow from the
+/// speed.
 void set_times(std::vector<Scan> &scans, const Options &options)
 {
     double t_s = 0.0;
@@ -91,7 +92,7 @@ void set_times(std::vector<Scan> &scans, const Options &options)
     }
 }
 
-/// The robot's true motion from one scan to the next: an arc.
+/// The robot's true motion from one scan to the next, an arc.
 Motion motion_between(const Scan &a, const Scan &b)
 {
     const double dt_s = b.t_s - a.t_s;
@@ -99,7 +100,8 @@ Motion motion_between(const Scan &a, const Scan &b)
             std::remainder(b.theta_rad - a.theta_rad, 2.0 * M_PI) / dt_s};
 }
 
-/// Wheels and gyro: constant errors of this drive, and white ones.
+/// Add the motions that wheels and gyro measure. They have errors that are constant over the drive,
+/// and white errors.
 void add_odometry(Drive &drive, const Options &options, StreetRandom &random)
 {
     const double scale = 1.0 + options.odometry.speed_scale_sd * random.gaussian();
@@ -107,7 +109,7 @@ void add_odometry(Drive &drive, const Options &options, StreetRandom &random)
     const double speed_sd = options.odometry.speed_noise * std::sqrt(options.odometry_hz);
     const double turn_sd = options.odometry.yaw_rate_noise * std::sqrt(options.odometry_hz);
     const double end_s = drive.scans.back().t_s + 0.1;
-    std::size_t i = 0; // the scan before
+    std::size_t i = 0; // index of the scan before
     for (double t_s = 0.0; t_s < end_s; t_s += 1.0 / options.odometry_hz) {
         while (i + 2 < drive.scans.size() && drive.scans[i + 1].t_s <= t_s) {
             ++i;
@@ -135,7 +137,8 @@ Drive drive_of(const Options &options, const StreetWorld &world)
     return drive;
 }
 
-/// Poses that the row's map gets: the first scan's, then each that comes a period after the last.
+/// Poses that the map of this row gets: the first scan's pose, then each pose that comes a period
+/// after the last.
 PoseRing poses_of(const Drive &drive, const Row &row, const Options &options)
 {
     PoseRing ring;
@@ -149,7 +152,7 @@ PoseRing poses_of(const Drive &drive, const Row &row, const Options &options)
     return ring;
 }
 
-/// As gpomd learns the odometry's errors, from poses that have come by a time.
+/// Learn the odometry's errors as gpomd does, from the poses that have come by a time.
 void learn_from(const PoseRing &ring, std::int64_t stamp_us, const PoseCov &cov, Odometry &odometry)
 {
     StampedPose from = {}, to = {};
@@ -160,7 +163,8 @@ void learn_from(const PoseRing &ring, std::int64_t stamp_us, const PoseCov &cov,
     }
 }
 
-/// As gpomd finds a scan's pose, cov that of poses before. False: it drops the scan.
+/// Find a scan's pose as gpomd does. `cov` is the covariance of earlier poses. False: gpomd drops
+/// the scan.
 bool find_pose(const Odometry &odometry, const Row &row, const PoseRing &ring, StampedPose &pose,
                PoseCov &cov)
 {
@@ -174,8 +178,8 @@ bool find_pose(const Odometry &odometry, const Row &row, const PoseRing &ring, S
 }
 
 struct Built {
-    std::size_t n_scans; ///< That had a pose.
-    double error_m;      ///< Of their places, root mean square.
+    std::size_t n_scans; ///< Number of scans that had a pose.
+    double error_m;      ///< Root mean square error of their places.
 };
 
 Built build(HostMap &map, const Drive &drive, const Row &row, const Options &options)

@@ -1,4 +1,4 @@
-// gpom-query: scans and points in, answers out.
+// gpom-query: reads scans and points, writes answers.
 #include "ports/host/command_line.hpp"
 #include "ports/host/params_toml.hpp"
 #include "ports/host/progress.hpp"
@@ -28,8 +28,8 @@ struct Options {
     std::vector<double> origin = {0.0, 0.0};
     ReadOptions reading;
     std::optional<double> beam_max; ///< Absent: as many as the scans have.
-    std::string kept_path;          ///< Kept beams to write, CSV.
-    bool live = false;              ///< Keep what is worth keeping.
+    std::string kept_path;          ///< File for the kept beams, CSV.
+    bool live = false;              ///< Keep only useful beams, as a vehicle does.
     LiveConfig live_config;
 };
 
@@ -73,7 +73,8 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--kept", options.kept_path, "Kept beams to write, CSV")->type_name("FILE");
 }
 
-/// A count from the command line, where 1e12 must be an error and not wrap.
+/// A whole number from the command line. A number out of range, such as 1e12, is an error and does
+/// not wrap around.
 double whole_number(double value, double low, double high, const std::string &name)
 {
     if (!(value >= low && value <= high) || value != std::floor(value)) {
@@ -112,7 +113,7 @@ std::vector<gpom_point_t> points_of(const Options &options)
     return read_points(options.points_path);
 }
 
-/// The scans must lie near the origin; if they do not, say which origin would do.
+/// The scans must lie near the origin. If they do not, the error suggests an origin.
 void check_reach(const std::vector<Scan> &scans, const gpom_point_t &origin)
 {
     if (!std::isfinite(origin.x_m) || !std::isfinite(origin.y_m)) {
@@ -204,7 +205,7 @@ void report(const HostMap &map, const std::vector<gpom_answer_t> &answers)
     }
 }
 
-/// What became of beams besides being kept.
+/// Print what happened to the beams that are not kept.
 void report_live(const HostMap &map)
 {
     const gpom_stats_t stats = map.stats();

@@ -1,4 +1,4 @@
-// gpom-replay: scans of a file, or the events of an LCM log, onto the bus.
+// gpom-replay: sends the scans of a file, or the events of an LCM log, over LCM.
 #include "ports/codec/codec.h"
 #include "ports/host/command_line.hpp"
 #include "ports/host/lcm_log.hpp"
@@ -32,12 +32,13 @@ struct Options {
     std::uint32_t n_rounds = 1;
     bool is_now = false;
     bool is_extent = false;
-    std::vector<const CLI::Option *> of_scans; ///< Without meaning for an LCM event log.
+    std::vector<const CLI::Option *> of_scans; ///< Options that do not apply to an LCM event log.
 };
 
 void declare_options(CLI::App &app, Options &options)
 {
-    options.reading.range_min_m = 0.0; // as recorded: who receives them decides
+    options.reading.range_min_m = 0.0; // send ranges as recorded: the receiver decides which are
+                                       // too near
     app.add_option("in", options.in_path,
                    "Scans (CSV or CARMEN log, plain, gzip or bzip2) or an LCM event log")
         ->required()
@@ -72,7 +73,7 @@ void declare_options(CLI::App &app, Options &options)
     }
 }
 
-/// The bus. A message waits until the network takes it; what cannot be sent throws.
+/// Sends messages. A message waits until the network takes it. Throws if a message cannot be sent.
 class Bus {
 public:
     explicit Bus(const std::string &url)
@@ -98,7 +99,7 @@ private:
     long n_sent_ = 0;
 };
 
-/// Waits until a moment of the recording has come.
+/// Waits until a time of the recording has come.
 class Pace {
 public:
     explicit Pace(double rate) : rate_(rate) {}
@@ -193,7 +194,7 @@ private:
                   gpom_wire_planar_lidar_encode(&message, bytes_.data(), bytes_.size()));
     }
 
-    /// All beams at the scan's time: the files know no other.
+    /// All beams have the time of the scan, because the files have no times of beams.
     void send_mbot(const Scan &scan, std::int64_t stamp_us)
     {
         const gpom_wire_pose2d_t pose = {stamp_us, static_cast<float>(scan.x_m),

@@ -20,7 +20,8 @@ struct Options {
     gpom_tools::StreetConfig street;
 };
 
-/// CLI11 would wrap -3 round, and cut what is too large down, to a seed nobody asked for.
+/// Check a seed here, because CLI11 would turn -3, or a number that is too large, into another
+/// seed.
 std::string check_seed(const std::string &text)
 {
     std::uint64_t seed = 0;

@@ -13,9 +13,11 @@ namespace
 constexpr double kPi = 180.0 * kDegree;
 constexpr int kFrontLaser = 1;
 constexpr int kRearLaser = 2;
-constexpr std::size_t kCountField = 8; ///< The number of ranges in ROBOTLASER and RAWLASER lines.
+constexpr std::size_t kCountField = 8; ///< Field with the number of ranges in ROBOTLASER and
+                                       ///< RAWLASER lines.
 
-/// The digit after a name's start, 2 of RAWLASER2; -1 if there is not just one.
+/// The digit after the start of a name, for example 2 of RAWLASER2. -1: not exactly one digit
+/// follows.
 int digit_after(std::string_view name, std::string_view start)
 {
     const bool is_one = name.size() == start.size() + 1 && name.substr(0, start.size()) == start;
@@ -23,7 +25,7 @@ int digit_after(std::string_view name, std::string_view start)
     return digit >= '0' && digit <= '9' ? digit - '0' : -1;
 }
 
-/// Which laser an old line is of; 0 if it is none.
+/// The laser that an old line is from. 0: it is not a line of a laser.
 int old_laser_of(std::string_view name)
 {
     if (name == "FLASER") {
@@ -32,7 +34,7 @@ int old_laser_of(std::string_view name)
     return name == "RLASER" ? kRearLaser : std::max(digit_after(name, "LASER"), 0);
 }
 
-/// What the names of a laser's parameters begin with.
+/// The beginning of the names of a laser's parameters.
 std::string param_start(int laser)
 {
     if (laser == kFrontLaser) {
@@ -41,10 +43,10 @@ std::string param_start(int laser)
     return laser == kRearLaser ? "laser_rear_laser_" : "laser_laser" + std::to_string(laser) + "_";
 }
 
-/// CARMEN has had both units for the same parameters.
+/// An angle in radians. CARMEN has used both units for the same parameters.
 double radians_of(double angle)
 {
-    constexpr double kDigits = 1e-3; // 6.284 may be a turn
+    constexpr double kDigits = 1e-3; // a file may round a whole turn up to 6.284
     return std::abs(angle) > 2.0 * kPi + kDigits ? angle * kDegree : angle;
 }
 
@@ -89,7 +91,7 @@ std::vector<float> parse_ranges(const std::vector<std::string_view> &fields, std
     return ranges_m;
 }
 
-/// The pose of what is mounted on the robot.
+/// The pose of something that is mounted on the robot.
 CarmenPose carried(const CarmenPose &robot, const CarmenPose &mount)
 {
     const double c = std::cos(robot.theta_rad), s = std::sin(robot.theta_rad);
@@ -127,7 +129,7 @@ void CarmenLog::take(const Fields &fields, const Place &place)
     }
 }
 
-/// Those that are numbers; no others matter here.
+/// Keep a parameter that is a number. Other parameters are not needed.
 void CarmenLog::take_param(const Fields &fields)
 {
     if (fields.size() < 3) {
@@ -144,7 +146,7 @@ void CarmenLog::take_param(const Fields &fields)
 void CarmenLog::take_odometry(const Fields &fields, const Place &place)
 {
     constexpr std::size_t i_time = 7;
-    if (fields.size() > i_time) { // gmapping's own records have less
+    if (fields.size() > i_time) { // gmapping's own records have fewer
         const CarmenPose pose = {parse_finite(fields[1], "x", place),
                                  parse_finite(fields[2], "y", place),
                                  parse_finite(fields[3], "theta", place)};
@@ -162,7 +164,7 @@ bool CarmenLog::has_ranges(const Fields &fields, std::size_t n_ranges)
 
 void CarmenLog::take_old_laser(const Fields &fields, int laser, const Place &place)
 {
-    constexpr std::size_t n_other = 11; // name n, two poses, time host log_time
+    constexpr std::size_t n_other = 11; // name, n, two poses, then time host log_time
     const std::size_t n = parse_count(fields, 1, place);
     require_fields(fields, n, n + n_other, place);
     if (!has_ranges(fields, n)) {
@@ -177,7 +179,7 @@ void CarmenLog::take_old_laser(const Fields &fields, int laser, const Place &pla
 
 void CarmenLog::take_robot_laser(const Fields &fields, int laser, const Place &place)
 {
-    constexpr std::size_t n_old_end = 13; // two poses, four numbers, time host log_time
+    constexpr std::size_t n_old_end = 13; // two poses, four numbers, then time host log_time
     const std::size_t n = parse_count(fields, kCountField, place);
     std::size_t i_pose = kCountField + 1 + n;
     if (fields.size() != i_pose + n_old_end) {
@@ -312,7 +314,8 @@ CarmenPose CarmenLog::mount_of(int laser) const
             radians_of(param(start + "angular_offset").value_or(0.0))};
 }
 
-/// Poses between the ODOM lines before and after a scan, by the times; else that before it.
+/// Interpolate the pose of each scan between the ODOM lines before and after it, by their times. If
+/// their times are equal, use the line before. Scans without both lines are counted as unused.
 void CarmenLog::add_raw_scans()
 {
     for (RawScan &raw : raw_scans_) {

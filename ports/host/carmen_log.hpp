@@ -1,4 +1,4 @@
-// Scans of CARMEN's log files, a line at a time.
+// Reads scans from CARMEN's log files, line by line.
 #ifndef GPOM_PORTS_HOST_CARMEN_LOG_HPP
 #define GPOM_PORTS_HOST_CARMEN_LOG_HPP
 
@@ -22,47 +22,49 @@ struct CarmenPose {
     double x_m, y_m, theta_rad;
 };
 
-/// The robot by an ODOM line.
+/// The robot's pose in an ODOM line.
 struct CarmenOdometry {
     double t_s;
     CarmenPose pose;
 };
 
-/// A scan whose pose is to come from odometry.
+/// A scan whose pose will come from odometry.
 struct RawScan {
     Scan scan;
     int laser;
-    std::size_t n_odometry; ///< ODOM lines before it.
+    std::size_t n_odometry; ///< Number of ODOM lines before the scan.
 };
 
-/// Takes the lines of a log in their order:
+/// Takes the lines of a log in order:
 ///   FLASER, RLASER, LASER3 ...: n r0 .. (pose of laser) (pose of robot) time host log_time
 ///   ROBOTLASER1 ...: type start_angle fov resolution range_max accuracy remission_mode
 ///       n r0 .. m remission0 .. (pose of laser) (pose of robot) tv rv forward_distance
-///       side_distance turn_axis time host log_time; older ones without m and turn_axis
-///   RAWLASER1, RAWLASER2: as ROBOTLASER1 to the remissions, then the times. They are used if the
-///       log has no other scan, with poses between those of the ODOM lines before and after.
+///       side_distance turn_axis time host log_time. Older lines have no m and no turn_axis.
+///   RAWLASER1, RAWLASER2: as ROBOTLASER1 up to the remissions, then the times. They are used if
+///       the log has no other scan. Their poses are interpolated between ODOM lines.
 ///   PARAM name value: the field of view and the resolution of the lasers of FLASER and RLASER,
-///       laser_front_laser_fov and so on; and where they are on the robot,
-///       robot_frontlaser_offset and so on, if a line has one pose for laser and robot.
+///       laser_front_laser_fov and so on. Also the places of the lasers on the robot,
+///       robot_frontlaser_offset and so on, for lines that have one pose for laser and robot.
 ///   ODOM x y theta tv rv acceleration time host log_time
-/// Metres, seconds and radians; but a resolution by PARAM, and any angle there over 2 pi, is in
-/// degrees. Other lines hold no scan and are skipped; those with LASER in their name are counted in
-/// a note.
+/// Units are metres, seconds and radians. In PARAM lines a resolution is in degrees, and so is any
+/// angle over 2 pi. Other lines hold no scan and are skipped. A note counts those with LASER in
+/// their name.
 ///
-/// FLASER and RLASER do not say where their beams point. PARAM does if it fits the number of
-/// ranges; else the usual lasers with so many ranges do (laser_angles.cpp). Less than 180 ranges
-/// are over 180 degrees, as CARMEN takes them, with a note. Others are refused.
+/// FLASER and RLASER lines do not say where their beams point. PARAM lines say it, if they fit the
+/// number of ranges. Otherwise the usual lasers with this number of ranges are used
+/// (laser_angles.cpp). Fewer than 180 ranges are taken to cover 180 degrees, as CARMEN does, with a
+/// note. All other scans are refused.
 ///
-/// Times that go back are mended (scan_times.hpp), and a note tells it.
+/// Times that go back are repaired (scan_times.hpp), with a note.
 class CarmenLog {
 public:
     explicit CarmenLog(const ReadOptions &options) : options_(options) {}
 
-    /// Take a line, split at its blanks; there is at least one field. Throws FileError.
+    /// Take a line, split at its blanks, with at least one field. Throws FileError.
     void take(const std::vector<std::string_view> &fields, const Place &place);
 
-    /// What was read, after the last line; the notes tell of lines that are not used.
+    /// Return what was read. Call it after the last line. The notes also count the lines that are
+    /// not used.
     ScanLog finish();
 
 private:
@@ -74,17 +76,17 @@ private:
     void take_robot_laser(const Fields &fields, int laser, const Place &place);
     void take_raw_laser(const Fields &fields, int laser, const Place &place);
 
-    /// False: no ranges, which is counted.
+    /// False: the line has no ranges, and is counted as unused.
     bool has_ranges(const Fields &fields, std::size_t n_ranges);
-    /// Angles, usable range and ranges of a ROBOTLASER or RAWLASER line.
+    /// Read angles, usable range and ranges of a ROBOTLASER or RAWLASER line.
     Scan parse_head(const Fields &fields, std::size_t n_ranges, const Place &place) const;
     LaserAngles old_laser_angles(int laser, std::size_t n_ranges, const Place &place);
-    /// By PARAM lines; none if they do not say it or do not fit.
+    /// Angles by PARAM lines. Empty: there are no such lines, or they do not fit.
     std::optional<LaserAngles> param_angles(int laser, std::size_t n_ranges);
-    /// Of the poses of laser and robot from a field on.
+    /// Read the laser's pose from the poses of laser and robot that begin at a field.
     CarmenPose parse_pose(const Fields &fields, std::size_t i_field, int laser, const Place &place);
     std::optional<double> param(const std::string &name) const;
-    /// The laser on the robot, by PARAM lines; at its centre if they do not say it.
+    /// Place of the laser on the robot by PARAM lines. Without such lines: the robot's centre.
     CarmenPose mount_of(int laser) const;
     void add_raw_scans();
     void note(const std::string &text);
@@ -94,7 +96,7 @@ private:
     std::vector<Scan> scans_;
     std::vector<RawScan> raw_scans_;
     std::vector<CarmenOdometry> odometry_;
-    std::map<std::string, std::size_t> n_unused_; ///< Lines, by their kind.
+    std::map<std::string, std::size_t> n_unused_; ///< Number of unused lines of each kind.
     std::vector<std::string> notes_;
 };
 

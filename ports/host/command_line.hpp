@@ -1,4 +1,4 @@
-// What every tool's main() shares: one-line errors, exit codes.
+// What the main() functions of all tools share: one-line errors and exit codes.
 #ifndef GPOM_PORTS_HOST_COMMAND_LINE_HPP
 #define GPOM_PORTS_HOST_COMMAND_LINE_HPP
 
@@ -18,7 +18,7 @@ namespace gpom_tools
 /// Exit code of a usage error, a bad file or a refused value.
 constexpr int kExitUsage = 2;
 
-/// Print "TOOL: TEXT" on stderr, line breaks made blanks. Returns kExitUsage.
+/// Print "TOOL: TEXT" on stderr on one line. Returns kExitUsage.
 inline int fail(const std::string &tool, std::string text)
 {
     while (!text.empty() && text.back() == '\n') {
@@ -31,7 +31,7 @@ inline int fail(const std::string &tool, std::string text)
     return kExitUsage;
 }
 
-/// Options and subcommands of what was called.
+/// Options and subcommands of the command that was called.
 inline std::vector<std::string> known_words(const CLI::App &app)
 {
     std::vector<std::string> words;
@@ -47,7 +47,7 @@ inline std::vector<std::string> known_words(const CLI::App &app)
     return words;
 }
 
-/// "; did you mean --scans?" for the first word that was not expected; empty: none is like it.
+/// "; did you mean --scans?" for the first unexpected word. Empty: no known word is similar.
 inline std::string meant_instead(const CLI::App &app)
 {
     for (const CLI::App *const called : app.get_subcommands()) {
@@ -66,7 +66,8 @@ inline std::string meant_instead(const CLI::App &app)
     return "";
 }
 
-/// A number in a range, both ends included; CLI::Range lets NaN pass.
+/// Check for a number in a range, both ends included. CLI::Range is not used, because it accepts
+/// NaN.
 inline CLI::Validator between(double low, double high)
 {
     return CLI::Validator(
@@ -83,8 +84,8 @@ inline CLI::Validator between(double low, double high)
         "");
 }
 
-/// Parse the command line, then run the body. Help goes to stdout with exit code 0; whatever else
-/// goes wrong is one line on stderr and exit code 2. The tool's name is the application's.
+/// Parse the command line, then run the body. Help goes to stdout with exit code 0. Any error is
+/// one line on stderr and exit code 2. The tool's name is the application's name.
 inline int run_tool(CLI::App &app, int argc, const char *const *argv,
                     const std::function<void()> &body)
 {

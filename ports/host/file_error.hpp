@@ -1,4 +1,4 @@
-// Errors of files named by the user, and writing that never leaves half a file behind.
+// Errors in files that the user names, and writing of files that never leaves half a file behind.
 #ifndef GPOM_PORTS_HOST_FILE_ERROR_HPP
 #define GPOM_PORTS_HOST_FILE_ERROR_HPP
 
@@ -19,8 +19,8 @@
 namespace gpom_tools
 {
 
-/// What is wrong with a file and where: what() is "FILE:LINE: message".
-/// Line 0 means the file as a whole (missing, not writable): what() is then "FILE: message".
+/// An error in a file: what() is "FILE:LINE: message". Line 0 means the whole file, for example a
+/// missing file: what() is then "FILE: message".
 class FileError : public std::runtime_error {
 public:
     FileError(std::string path, int line_number, std::string text)
@@ -43,7 +43,7 @@ struct FileContent {
 namespace detail
 {
 
-/// Ctrl-C and friends wait while this lives: they come before the writing or after it.
+/// While this object lives, signals such as Ctrl-C wait. They come before the writing or after it.
 class SignalsHeld {
 public:
     SignalsHeld()
@@ -63,7 +63,7 @@ private:
     sigset_t before_;
 };
 
-/// The file that a path means, links followed, so that a link stays a link.
+/// The file that a path means. Links are followed, so that writing keeps the link.
 inline std::string link_target(const std::string &path)
 {
     char *const resolved = realpath(path.c_str(), nullptr);
@@ -76,7 +76,7 @@ inline std::string link_target(const std::string &path)
     return target;
 }
 
-/// Write all bytes to a new file; 0 or an errno.
+/// Write all bytes to a new file. Returns 0 or an errno.
 inline int write_new_file(const std::string &path, const std::string &bytes)
 {
     const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
@@ -100,8 +100,9 @@ inline int write_new_file(const std::string &path, const std::string &bytes)
 
 } // namespace detail
 
-/// Replace several files, all or none as far as one can: each is written whole under a temporary
-/// name beside its target, and only when all are on disk are they renamed. Throws FileError.
+/// Replace several files: all or none, as far as the system allows. Each file is written whole
+/// under a temporary name beside its target. When all are on disk, they are renamed. Throws
+/// FileError.
 inline void replace_files(const std::vector<FileContent> &files)
 {
     const detail::SignalsHeld held;

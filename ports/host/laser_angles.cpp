@@ -41,14 +41,15 @@ constexpr UsualLaser kUsualLasers[] = {
     // SICK LMS 1xx, Hokuyo UTM-30LX and UST
     {1080, -135.0, 0.25},
     {1081, -135.0, 0.25},
-    // Hokuyo URG-04LX: the steps of its data sheet, 44 to 725 with 384 ahead, and all
+    // Hokuyo URG-04LX. Its data sheet gives steps 44 to 725, with step 384 ahead. The last line has
+    // all steps
     {682, -340.0 * kUrgStep_deg, kUrgStep_deg},
     {683, -340.0 * kUrgStep_deg, kUrgStep_deg},
     {768, -384.0 * kUrgStep_deg, kUrgStep_deg},
     {769, -384.0 * kUrgStep_deg, kUrgStep_deg},
 };
 
-/// Steps from the first beam to the end of the field of view.
+/// Number of steps from the first beam to the end of the field of view.
 double steps_of(std::size_t n_beams)
 {
     const std::size_t n_steps = n_beams % 2 == 0 ? n_beams : n_beams - 1;
@@ -66,7 +67,7 @@ double angle_of(double step_rad, std::size_t n_beams) { return step_rad * steps_
 
 bool do_angles_fit(double fov_rad, double step_rad, std::size_t n_beams)
 {
-    constexpr double kTurn_rad = 360.5 * kDegree; // few digits make it more than a turn
+    constexpr double kTurn_rad = 360.5 * kDegree; // a file may round a whole turn up
     const double n_steps = fov_rad / step_rad;
     return step_rad > 0.0 && fov_rad <= kTurn_rad &&
            std::abs(n_steps + 0.5 - static_cast<double>(n_beams)) < 1.0;

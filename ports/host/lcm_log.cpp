@@ -10,11 +10,12 @@ namespace gpom_tools
 namespace
 {
 
-/// Every event begins with it.
+/// Every event begins with this number.
 constexpr std::uint64_t kMagic = 0xeda1da01;
 constexpr std::size_t kMagicBytes = 4;
 
-/// Magic, number, time, bytes of the channel's name and of the message; then both.
+/// Head of an event: magic, number, time, length of the channel's name, length of the message. The
+/// name and the message follow.
 constexpr std::size_t kHeadBytes = 28;
 constexpr std::size_t kStampAt = 12, kChannelBytesAt = 20, kMessageBytesAt = 24;
 

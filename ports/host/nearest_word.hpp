@@ -1,4 +1,4 @@
-// "Did you mean": the known word that a mistyped one is likely to be.
+// Finds the known word that a mistyped word probably means, for "did you mean".
 #ifndef GPOM_PORTS_HOST_NEAREST_WORD_HPP
 #define GPOM_PORTS_HOST_NEAREST_WORD_HPP
 
@@ -10,8 +10,8 @@
 namespace gpom_tools
 {
 
-/// Letters that must be put in, left out, replaced or swapped with their neighbour to make one word
-/// of the other.
+/// Number of letters to insert, delete, replace or swap with their neighbour to change one word
+/// into the other.
 inline std::size_t edit_distance(const std::string &from, const std::string &to)
 {
     const std::size_t width = to.size() + 1;
@@ -34,7 +34,7 @@ inline std::size_t edit_distance(const std::string &from, const std::string &to)
     return cost.back();
 }
 
-/// The nearest of the known words; empty: none is so near that it is likely.
+/// The nearest of the known words. Empty: no word is near enough.
 template <class Words> std::string nearest_word(const std::string &word, const Words &known)
 {
     std::string nearest;

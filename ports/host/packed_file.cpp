@@ -9,7 +9,8 @@ namespace
 
 constexpr std::size_t kPackedBytes = std::size_t{1} << 16;
 
-/// Of a pipe, which cannot be looked at twice, zlib knows what it holds.
+/// True if a file begins like bzip2. A pipe cannot be read twice, so it is left to zlib, which
+/// finds out what it holds.
 bool begins_as_bzip2(std::FILE *file)
 {
     struct stat status;
@@ -75,7 +76,7 @@ std::size_t PackedFile::read_gzip(char *bytes, std::size_t n_bytes, std::string 
     return static_cast<std::size_t>(n);
 }
 
-/// More packed bytes; false at the end of the file.
+/// Read more packed bytes. False: the end of the file.
 bool PackedFile::refill()
 {
     if (stream_.avail_in == 0) {
@@ -86,7 +87,8 @@ bool PackedFile::refill()
     return stream_.avail_in > 0;
 }
 
-/// A file may hold several streams, one after the other, as parallel packers write it.
+/// Read unpacked bytes. A file may hold several streams one after the other, because parallel
+/// packers write such files.
 std::size_t PackedFile::read_bzip2(char *bytes, std::size_t n_bytes, std::string &problem)
 {
     stream_.next_out = bytes;

@@ -1,4 +1,4 @@
-// Bytes of a file that is plain, gzipped or packed with bzip2, told apart by content.
+// Reads a file that is plain, gzipped or packed with bzip2. The content decides which.
 #ifndef GPOM_PORTS_HOST_PACKED_FILE_HPP
 #define GPOM_PORTS_HOST_PACKED_FILE_HPP
 
@@ -21,8 +21,8 @@ public:
     PackedFile(const PackedFile &) = delete;
     PackedFile &operator=(const PackedFile &) = delete;
 
-    /// Reads at most `n_bytes` unpacked bytes; 0 at the end. `problem` says what is wrong with the
-    /// file, and is empty if nothing is.
+    /// Read at most `n_bytes` unpacked bytes. 0: the end. `problem` says what is wrong with the
+    /// file, or is empty.
     std::size_t read(char *bytes, std::size_t n_bytes, std::string &problem);
 
 private:
@@ -31,7 +31,7 @@ private:
     bool refill();
 
     gzFile gzip_ = nullptr;     ///< Reads plain files, too.
-    std::FILE *file_ = nullptr; ///< Of bzip2; null for other files.
+    std::FILE *file_ = nullptr; ///< The file, if it is bzip2. Other files: null.
     bz_stream stream_ = {};
     bool is_inside_ = false; ///< A bzip2 stream has begun and not ended.
     std::vector<char> packed_;

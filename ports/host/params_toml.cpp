@@ -82,7 +82,7 @@ gpom_params_t params_from(const TomlTable &table)
     return params;
 }
 
-/// The key that a problem text of gpom_params_check() names first.
+/// The key that a text of gpom_params_check() names first.
 std::string key_of(const std::string &problem)
 {
     return problem.substr(0, problem.find_first_of(":,"));

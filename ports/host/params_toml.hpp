@@ -1,4 +1,4 @@
-// Hyperparameters from TOML.
+// Reads hyperparameters from TOML.
 #ifndef GPOM_PORTS_HOST_PARAMS_TOML_HPP
 #define GPOM_PORTS_HOST_PARAMS_TOML_HPP
 

@@ -1,4 +1,4 @@
-// A percent bar on one line of a terminal.
+// A progress bar on one line of a terminal.
 #ifndef GPOM_PORTS_HOST_PROGRESS_HPP
 #define GPOM_PORTS_HOST_PROGRESS_HPP
 
@@ -12,7 +12,7 @@
 namespace gpom_tools
 {
 
-/// Shown only if stderr is a terminal and the work lasts over a second; wiped at the end.
+/// Shown only if stderr is a terminal and the work takes over a second. Wiped at the end.
 class Progress {
 public:
     explicit Progress(std::string label)

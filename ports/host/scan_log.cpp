@@ -65,7 +65,8 @@ Scan parse_csv(const std::vector<std::string_view> &fields, const Place &place)
     return scan;
 }
 
-/// Nearly all scans of a file have as many ranges, as of one laser: what is there of the others.
+/// Nearly all scans of one laser have the same number of ranges. Note how many scans of a file
+/// differ.
 std::vector<std::string> notes_on_counts(const std::vector<Scan> &scans)
 {
     std::map<std::size_t, std::size_t> n_scans_of;
@@ -89,7 +90,7 @@ std::vector<std::string> notes_on_counts(const std::vector<Scan> &scans)
             std::to_string(first->ranges_m.size()) + ": is the file cut there?"};
 }
 
-/// What readings of 0 and too near ones mean.
+/// Apply the meaning of readings of 0 and of readings that are too near.
 void apply_range_min(std::vector<Scan> &scans, const ReadOptions &options)
 {
     const auto range_min_m = static_cast<float>(options.range_min_m);

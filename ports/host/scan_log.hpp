@@ -1,4 +1,4 @@
-// Planar range scans with poses, from and to files.
+// Planar range scans with poses: reads them from files and writes them to files.
 #ifndef GPOM_PORTS_HOST_SCAN_LOG_HPP
 #define GPOM_PORTS_HOST_SCAN_LOG_HPP
 
@@ -11,7 +11,7 @@
 namespace gpom_tools
 {
 
-/// Most beams one scan may have; a longer line is taken for a broken file.
+/// Most beams of one scan. A longer line means that the file is damaged.
 constexpr int kScanBeamsMax = 10000;
 
 /// One scan. Beam i points at bearing theta + angle_min + i * angle_step in the map frame,
@@ -27,46 +27,48 @@ struct Scan {
     std::vector<float> ranges_m;
 };
 
-/// How a file is read where it does not say.
+/// Options for what a file does not say.
 struct ReadOptions {
-    /// Usable range [m] of a CARMEN log; CSV scans carry their own.
+    /// Usable range [m] of a CARMEN log. CSV scans carry their own.
     double range_max_m = 49.0;
-    /// Whole angle [degree] that the lasers of a CARMEN log see, symmetrical about their front, in
-    /// the place of what the log says; absent: as it says.
+    /// Field of view [degree] of the lasers of a CARMEN log, symmetrical about their front. It
+    /// replaces what the log says. Absent: as the log says.
     std::optional<double> fov_deg = {};
-    /// Readings over 0 and below it are ignored [m]. No usual lidar measures nearer: Hokuyo
-    /// URG-04LX and LDRobot LD06 from 0.02 m on, SICK TiM and RPLIDAR S2 0.05, Hokuyo UST 0.06 and
-    /// UTM 0.1, YDLIDAR X4 0.12, RPLIDAR A1 0.15.
+    /// Readings over 0 and below this value are ignored [m]. No usual lidar measures nearer: Hokuyo
+    /// URG-04LX and LDRobot LD06 measure from 0.02 m on, SICK TiM and RPLIDAR S2 from 0.05, Hokuyo
+    /// UST from 0.06 and UTM from 0.1, YDLIDAR X4 from 0.12, RPLIDAR A1 from 0.15.
     double range_min_m = 0.02;
-    bool is_zero_no_return = false;     ///< A reading of 0 is no return; false: ignored.
-    bool is_too_near_no_return = false; ///< So is one below range_min_m.
+    bool is_zero_no_return = false;     ///< A reading of 0 is no return. False: it is ignored.
+    bool is_too_near_no_return = false; ///< A reading below range_min_m is no return. False: it is
+                                        ///< ignored.
 };
 
-/// The scans of a file, and what a person should know of how they were read, a sentence each.
+/// The scans of a file, and notes on how they were read, one sentence each.
 struct ScanLog {
     std::vector<Scan> scans;
     std::vector<std::string> notes;
 };
 
-/// Read all scans of a file, plain, gzipped or packed with bzip2, of either format, told apart by
-/// content:
+/// Read all scans of a file. The file is plain, gzipped or packed with bzip2. Its content decides
+/// the format:
 ///   CSV     one scan a line, `t,x,y,theta,angle_min,angle_step,range_max,r0,r1,...` in s, m, rad;
-///           `#` comments and blank lines are skipped. The last line needs its end, else it may be
-///           cut. A scan over more than two turns is refused: its angles are degrees.
+///           `#` comments and blank lines are skipped. A last line without a line break is refused,
+///           because it may be cut. A scan over more than two turns is refused, because its angles
+///           must be in degrees.
 ///   CARMEN  a log of CARMEN, or one that gmapping corrected (.gfs.log): carmen_log.hpp.
-/// Ranges that the options say to ignore become NaN, those that they say are no return infinite;
-/// a range of 0 that is ignored stays, and so do negative ones: they are not wrong here.
-/// Throws FileError at the first thing wrong.
+/// Ranges that the options ignore become NaN. Ranges that the options call no return become
+/// infinite. An ignored range of 0 is not changed, and neither are negative ranges, because they
+/// are valid here. Throws FileError at the first error.
 ScanLog read_scan_log(const std::string &path, const ReadOptions &options);
 
-/// The scans of read_scan_log(). Its notes go to stderr, each once in a run.
+/// The scans of read_scan_log(). Its notes go to stderr, each only once per run.
 std::vector<Scan> read_scans(const std::string &path, const ReadOptions &options);
 
-/// The CSV text of scans: numbers in the fewest digits that read back to the same bits.
+/// The CSV text of scans. Numbers have the fewest digits that read back to the same bits.
 /// Each line of the comment is written after `# `.
 std::string scans_csv(const std::vector<Scan> &scans, const std::string &header_comment);
 
-/// Write scans_csv() to a file, whole or not at all. Throws FileError.
+/// Write scans_csv() to a file, either the whole text or nothing. Throws FileError.
 void write_scans_csv(const std::string &path, const std::vector<Scan> &scans,
                      const std::string &header_comment);
 

@@ -1,4 +1,4 @@
-// Options of every tool that reads recorded scans.
+// Options of all tools that read recorded scans.
 #ifndef GPOM_PORTS_HOST_SCAN_OPTIONS_HPP
 #define GPOM_PORTS_HOST_SCAN_OPTIONS_HPP
 
@@ -11,24 +11,24 @@
 namespace gpom_tools
 {
 
-/// What a reading means that is no distance.
+/// Add an option for the meaning of a reading that is not a distance.
 inline CLI::Option *add_meaning_option(CLI::App &app, const std::string &name, bool &is_no_return,
                                        const std::string &what)
 {
     return app
         .add_option_function<std::string>(
             name, [&is_no_return](const std::string &word) { is_no_return = word == "no-return"; },
-            what + ": ignored, or no return, which is free up to the maximum")
+            what + ": ignored, or no return (free up to the maximum)")
         ->check(CLI::IsMember({"ignore", "no-return"}))
         ->default_str("ignore");
 }
 
-/// All but --range-max, which not every tool asks for the same files.
+/// Add all options except --range-max, which tools ask for in different ways.
 inline std::vector<CLI::Option *> add_scan_options(CLI::App &app, ReadOptions &options)
 {
     return {app.add_option("--fov", options.fov_deg,
-                           "Angle that the lasers of a CARMEN log see, evenly about their front\n"
-                           "[degree]; default: as the log says, or as the usual lasers do")
+                           "Field of view of the lasers of a CARMEN log, symmetrical about their\n"
+                           "front [degree]; default: as the log says, or as the usual lasers do")
                 ->check(between(1.0, 360.0)),
             app.add_option("--range-min", options.range_min_m,
                            "Readings over 0 and below it are too near [m]; by default no usual\n"

@@ -10,7 +10,7 @@ namespace gpom_tools
 namespace
 {
 
-/// From each scan to the next, where time advances.
+/// Intervals between scans, where the time advances.
 struct Intervals {
     double median_s; ///< 0 if there are none.
     std::size_t n_advances;
@@ -33,8 +33,8 @@ Intervals intervals_of(const std::vector<Scan> &scans)
     return {*middle, intervals_s.size()};
 }
 
-/// How many scans lie between a scan and the last one before it whose time is sound and not later;
-/// 0 if the scan before is not later.
+/// Number of scans between a scan and the last earlier scan whose time is sound and not later. 0:
+/// the time of the scan before is not later.
 std::size_t count_later_before(const std::vector<Scan> &scans, const std::vector<bool> &is_spread,
                                std::size_t i_scan)
 {
@@ -49,8 +49,8 @@ std::size_t count_later_before(const std::vector<Scan> &scans, const std::vector
     return n;
 }
 
-/// True if the time from the last scan that is not later is about as long as so many scans take:
-/// the clock runs on, and only the stamps between are late.
+/// True if the clock runs on and only the stamps in between are late: the time since the last scan
+/// that is not later is about as long as this number of scans takes.
 bool are_stamps_late(const std::vector<Scan> &scans, std::size_t i_scan, std::size_t n_later,
                      double median_s)
 {
@@ -61,7 +61,7 @@ bool are_stamps_late(const std::vector<Scan> &scans, std::size_t i_scan, std::si
     return span_s >= 0.5 * median_s * static_cast<double>(n_later + 1);
 }
 
-/// Sets the times of the scans between two evenly between theirs.
+/// Set the times of the scans between two scans evenly between the times of these two.
 void spread(std::vector<Scan> &scans, std::vector<bool> &is_spread, std::size_t i_first,
             std::size_t i_last)
 {
@@ -80,7 +80,7 @@ std::string number_text(double value)
     return text;
 }
 
-/// Of too few different times for a clock: the scans' numbers.
+/// Use the numbers of the scans as times, because there are too few different times for a clock.
 std::string number_scans(std::vector<Scan> &scans, std::size_t n_times)
 {
     for (std::size_t i = 0; i < scans.size(); ++i) {

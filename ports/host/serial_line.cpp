@@ -51,7 +51,7 @@ int open_unix(const std::string &name)
             close(fd);
         }
         fail_with(name, std::string(std::strerror(error)) +
-                            "; QEMU gives it with -serial unix:PATH,server=on,wait=off");
+                            "; start QEMU with -serial unix:PATH,server=on,wait=off");
     }
     return fd;
 }

@@ -1,4 +1,4 @@
-// A line to a device: a serial port, or the socket by which QEMU gives its UART away.
+// A line to a device: a serial port, or the socket to which QEMU connects its UART.
 #ifndef GPOM_PORTS_HOST_SERIAL_LINE_HPP
 #define GPOM_PORTS_HOST_SERIAL_LINE_HPP
 
@@ -11,18 +11,18 @@ namespace gpom_tools
 
 class SerialLine {
 public:
-    /// "unix:PATH", "tcp:HOST:PORT", or the path of a serial port, which is set to 8 bits without
-    /// parity at `baud`. Throws std::runtime_error with a line of text.
+    /// `name` is "unix:PATH", "tcp:HOST:PORT", or the path of a serial port. The port is set to 8
+    /// bits without parity at `baud`. Throws std::runtime_error with one line of text.
     SerialLine(const std::string &name, unsigned baud);
     ~SerialLine();
     SerialLine(const SerialLine &) = delete;
     SerialLine &operator=(const SerialLine &) = delete;
 
-    /// Wait for bytes; how many came, 0: none in time. Throws if the line ended.
+    /// Wait for bytes. Returns how many came. 0: none came in time. Throws if the line ended.
     std::size_t read(std::uint8_t *bytes, std::size_t n_max, int wait_ms);
 
-    /// Send bytes, waiting for the line between them. False: it did not move for so long; part of
-    /// the bytes may be sent. Throws if the line ended.
+    /// Send bytes. Waits when the line is busy. False: the line was busy for wait_ms, and part of
+    /// the bytes may have been sent. Throws if the line ended.
     bool write(const std::uint8_t *bytes, std::size_t n_bytes, int wait_ms);
 
 private:

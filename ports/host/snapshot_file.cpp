@@ -25,7 +25,7 @@ std::string folder_of(const std::string &path)
     return slash == std::string::npos ? "." : path.substr(0, slash + 1);
 }
 
-/// Move all bytes of a block by pread() or pwrite(), which may stop halfway or be interrupted.
+/// Read or write a whole block by pread() or pwrite(), which may stop halfway or be interrupted.
 template <class Move> gpom_status_t move_block(const Move &move)
 {
     for (std::size_t done = 0; done < kBlock;) {
@@ -46,7 +46,7 @@ std::string name_of(const std::string &path, uint32_t slot)
 
 std::string error_text() { return std::strerror(errno); }
 
-/// Bytes of a file in whole blocks, no more than the largest map needs; 0 if there is none.
+/// Size of a file in whole blocks, at most what the largest map needs. 0: there is no file.
 uint32_t whole_blocks(int fd)
 {
     constexpr uint32_t kMost = GPOM_SNAPSHOT_SLOT_BYTES(GPOM_BEAM_MAX);
@@ -82,7 +82,8 @@ SnapshotFile::SnapshotFile(const std::string &path, uint32_t beam_max, bool for_
     }
 }
 
-/// Open PATH.slot; for reading it need not be there. O_NONBLOCK: a pipe is refused, not waited for.
+/// Open PATH.slot. If it is opened for reading, it need not exist. O_NONBLOCK makes open() return
+/// at once for a pipe, which is then refused.
 void SnapshotFile::open_slot(uint32_t slot, int flags)
 {
     const std::string name = name_of(path_, slot);
@@ -103,7 +104,7 @@ void SnapshotFile::open_slot(uint32_t slot, int flags)
     }
 }
 
-/// The system gives the lock back, however we end.
+/// Lock a slot. The system releases the lock when the process ends in any way.
 void SnapshotFile::lock_slot(uint32_t slot)
 {
     if (flock(fds_[slot], LOCK_EX | LOCK_NB) != 0) {
@@ -122,7 +123,7 @@ std::string SnapshotFile::keep_larger(uint32_t slot)
     }
     const std::string name = name_of(path_, slot);
     const std::string kept = name + ".larger";
-    if (link(name.c_str(), kept.c_str()) != 0) { // does not replace a file
+    if (link(name.c_str(), kept.c_str()) != 0) { // link() does not replace a file
         throw FileError(kept, 0,
                         errno == EEXIST
                             ? "keeps another snapshot of a larger map already: move it "

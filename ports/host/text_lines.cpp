@@ -58,7 +58,8 @@ bool LineReader::refill()
     return n_bytes_ > 0;
 }
 
-/// Comments may hold any bytes but control characters; data lines are ASCII.
+/// Check the characters of a line. Comments may hold any bytes except control characters. Data
+/// lines are ASCII.
 bool LineReader::check_text(std::string &line) const
 {
     if (!line.empty() && line.back() == '\r') {

@@ -1,4 +1,4 @@
-// Text files a line at a time, numbers in and out, with errors that name the place.
+// Reads text files line by line, reads and writes numbers, and reports errors with their place.
 #ifndef GPOM_PORTS_HOST_TEXT_LINES_HPP
 #define GPOM_PORTS_HOST_TEXT_LINES_HPP
 
@@ -14,7 +14,7 @@
 namespace gpom_tools
 {
 
-/// Place in a file, to complain about.
+/// A place in a file, for errors.
 struct Place {
     const std::string &path;
     int line;
@@ -25,19 +25,20 @@ struct Place {
     }
 };
 
-/// Lines of a plain, gzipped or bzip2 file, checked to be text. Throws FileError.
+/// Reads the lines of a plain, gzipped or bzip2 file and checks that they are text. Throws
+/// FileError.
 class LineReader {
 public:
-    /// `expected` says in errors what the file should hold, e.g. "CSV scans".
+    /// `expected` names the expected content in errors, for example "CSV scans".
     LineReader(const std::string &path, std::string expected);
 
     Place place() const { return {path_, n_lines_}; }
 
-    /// The next line without its end; false at the end of the file.
+    /// Get the next line without its line break. False: the end of the file.
     bool next(std::string &line);
 
-    /// Throws if the file ends before the end of the line that next() gave last: where its last
-    /// field is a number that counts, it may be cut, and nothing else tells.
+    /// Throw if the file ends without a line break after the last line. Use it where the last field
+    /// is a number: the number may be cut, and nothing else shows that.
     void require_line_end() const;
 
 private:
@@ -54,13 +55,13 @@ private:
     int n_lines_ = 0;
 };
 
-/// Without blanks at both ends.
+/// The text without blanks at both ends.
 std::string_view trimmed(std::string_view text);
 
 void split_commas(std::string_view text, std::vector<std::string_view> &fields);
 void split_blanks(std::string_view text, std::vector<std::string_view> &fields);
 
-/// A number in full, in the "C" locale whatever the user's is.
+/// Read a whole field as a number, in the "C" locale, whatever the user's locale is.
 template <typename Number>
 Number parse_number(std::string_view text, const std::string &name, const Place &place)
 {
@@ -75,7 +76,7 @@ Number parse_number(std::string_view text, const std::string &name, const Place 
 
 double parse_finite(std::string_view text, const std::string &name, const Place &place);
 
-/// Append in the fewest digits that read back to the same bits; `nan` without a sign.
+/// Append a number with the fewest digits that read back to the same bits. `nan` has no sign.
 template <typename Number> void append_number(std::string &text, Number value)
 {
     if (std::isnan(value)) {

@@ -13,7 +13,7 @@ namespace gpom_tools
 namespace
 {
 
-/// Elements of an array of numbers; false if one is none.
+/// Get the elements of an array of numbers. False: an element is not a number.
 bool read_numbers(const toml::array &array, std::vector<double> &numbers)
 {
     for (const toml::node &node : array) {
@@ -26,11 +26,11 @@ bool read_numbers(const toml::array &array, std::vector<double> &numbers)
     return true;
 }
 
-/// No file of ours has as many bytes.
+/// Our files are smaller.
 constexpr std::size_t kFileBytesMax = 1 << 20;
 
-/// Is a character beyond ASCII outside of words in quotes and of the comment? And is one inside
-/// text of several lines, whose ends are not looked for here?
+/// True if a line has a character beyond ASCII outside of quotes and comments, or inside a
+/// multi-line string. The ends of multi-line strings are not searched for.
 bool has_foreign_character(const std::string &line)
 {
     char quote = 0;
@@ -40,7 +40,7 @@ bool has_foreign_character(const std::string &line)
             return false;
         }
         if (quote == '"' && c == '\\') {
-            ++i; // the next one ends nothing
+            ++i; // skip the escaped character
         } else if (quote == 0 && (c == '"' || c == '\'')) {
             quote = c;
         } else if (c == quote) {
@@ -52,8 +52,8 @@ bool has_foreign_character(const std::string &line)
     return false;
 }
 
-/// toml++ 3.3.0 runs into code that its compiler takes for unreachable at most characters beyond
-/// ASCII that are neither in quotes nor in a comment.
+/// Refuse characters beyond ASCII that are neither in quotes nor in a comment. At most of them
+/// toml++ 3.3.0 runs into code that the compiler takes for unreachable.
 void refuse_foreign_characters(const std::string &path, const std::string &text)
 {
     std::istringstream lines(text);

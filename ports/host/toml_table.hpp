@@ -1,10 +1,11 @@
-// Tables of a TOML file, read with errors that name file, line and key.
+// Tables of a TOML file. Errors name file, line and key.
 #ifndef GPOM_PORTS_HOST_TOML_TABLE_HPP
 #define GPOM_PORTS_HOST_TOML_TABLE_HPP
 
 #include "ports/host/file_error.hpp"
 
-// Two assertions of toml++ 3.3.0 fail at texts that it then refuses itself ("[^", "a=[}").
+// At some texts, such as "[^" and "a=[}", an assertion of toml++ 3.3.0 would fail. Without
+// assertions toml++ refuses these texts itself.
 #define TOML_ASSERT(...) static_cast<void>(0)
 #include <toml++/toml.h>
 
@@ -27,11 +28,12 @@ toml::table parse_toml_text(const std::string &path, const std::string &text);
 /// missing, empty or endless file, TOML syntax.
 toml::table parse_toml(const std::string &path, const std::string &kind);
 
-/// A whole table or one inside it. Whatever is missing or of another type throws FileError with the
-/// line of the key, or of the table if the key is missing (none for the whole file).
+/// A whole file or a table in it. A missing key or a value of a wrong type throws FileError with
+/// the line of the key. If the key is missing, it is the line of the table, or no line for the
+/// whole file.
 class TomlTable {
 public:
-    /// `name` goes before the keys in errors, "sensor[1]" say; empty: the whole file.
+    /// `name` stands before the keys in errors, for example "sensor[1]". Empty: the whole file.
     TomlTable(std::string path, const toml::table &table, std::string name = "");
 
     [[noreturn]] void fail(const std::string &key, const std::string &text) const;
@@ -46,12 +48,12 @@ public:
     /// An array of arrays of numbers.
     std::vector<std::vector<double>> number_lists(const std::string &key) const;
 
-    /// A table inside.
+    /// A table inside this one.
     TomlTable table(const std::string &key) const;
-    /// An array of tables inside, [[key]].
+    /// An array of tables inside this one, [[key]].
     std::vector<TomlTable> tables(const std::string &key) const;
 
-    /// Behind "unknown key" the key is put that was meant, or `remedy` if none is like it.
+    /// Refuse unknown keys. The error suggests the key that was probably meant, or gives `remedy`.
     void refuse_keys_beyond(const std::set<std::string> &known, const std::string &remedy) const;
 
 private:

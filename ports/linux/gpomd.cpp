@@ -1,4 +1,4 @@
-// gpomd: scans in from LCM, maps out to LCM.
+// gpomd: receives scans over LCM and sends maps over LCM and CAN.
 #include "ports/host/command_line.hpp"
 #include "ports/host/snapshot_file.hpp"
 #include "ports/linux/base/clock.hpp"
@@ -38,23 +38,24 @@ namespace gpomd
 namespace
 {
 
-/// How long the receiving thread waits for a message before it looks round.
+/// The receiving thread waits for a message for this time at most.
 constexpr int kWait_ms = 50;
 
-/// How long the service manager is told again and again that gpomd stops, if its queue is full.
+/// Number of tries to tell the service manager that gpomd stops. Its queue may be full.
 constexpr int kStoppingTries = 250;
-constexpr timespec kTurn = {0, 20000000}; // between tries, and between looks of watch()
+constexpr timespec kTurn = {0, 20000000}; // between tries, and between turns of watch()
 
-/// How often dropped data are told in the log, if there are any.
+/// Period of the log line about dropped data, if data were dropped.
 constexpr std::int64_t kLogPeriod_us = 10000000;
 
-/// How often systemd's watchdog is fed at least.
+/// Longest period of messages to systemd's watchdog.
 constexpr std::int64_t kPulseMax_us = 500000;
 
-/// Of the map that waits for a slow network: newer tiles are better than more of the old ones.
+/// Socket buffer for the map. It is small, because on a slow network newer tiles are better than
+/// more old ones.
 constexpr int kMapBufferBytes = 32768;
 
-/// A thread by the name that `top -H` and debuggers show, 15 characters at most.
+/// Start a thread. `top -H` and debuggers show its name, of at most 15 characters.
 template <class Body> std::thread named_thread(const char *name, const Body &body)
 {
     return std::thread([name, body] {
@@ -63,7 +64,7 @@ template <class Body> std::thread named_thread(const char *name, const Body &bod
     });
 }
 
-/// All parts, in the order in which they depend on each other.
+/// All parts of the daemon, in the order in which they depend on each other.
 class Daemon {
 public:
     void init(const char *config_path);
@@ -117,11 +118,11 @@ private:
     Publisher publisher_;
     Odometry odometry_;
     CanPort can_;
-    std::atomic<std::uint64_t> pulse_{0}; ///< Of the receiving thread.
+    std::atomic<std::uint64_t> pulse_{0}; ///< Pulse of the receiving thread.
     std::uint64_t seen_pulses_[4] = {};
     std::int64_t n_logged_jumps_ = 0;
-    std::int64_t jump_log_us_ = 0; ///< No line about a jump before; monotonic.
-    bool has_logged_link_ = true;  ///< What the log last said of LCM's network.
+    std::int64_t jump_log_us_ = 0; ///< No line about a jump before this time, monotonic.
+    bool has_logged_link_ = true;  ///< The link state that the log reported last.
     std::uint32_t n_logged_links_ = 1;
     std::int64_t logged_drops_[kDropCount] = {}, noted_drops_[kDropCount] = {};
 };
@@ -223,14 +224,15 @@ void Daemon::on_query(void *daemon, const char * /*channel*/, const std::uint8_t
     }
 }
 
-/// Whatever the message holds: it is the asking that counts.
+/// Any message is a request. Its contents do not matter.
 void Daemon::on_request(void *daemon, const char * /*channel*/, const std::uint8_t * /*bytes*/,
                         std::size_t /*n_bytes*/)
 {
     static_cast<Daemon *>(daemon)->publisher_.request_keyframe();
 }
 
-/// Its own statuses come back, from the port that they were sent from.
+/// Another gpomd sends its status on our channel. Our own status comes back, too, but from our own
+/// port.
 void Daemon::on_status(void *daemon, const char *channel, const std::uint8_t *bytes,
                        std::size_t n_bytes)
 {
@@ -250,13 +252,13 @@ void Daemon::receive(const std::atomic<bool> &stop)
     while (!stop.load(std::memory_order_relaxed)) {
         pulse_.fetch_add(1, std::memory_order_relaxed);
         subscriber_.handle(kWait_ms);
-        intake_.match_waiting(); // odometry comes by itself
+        intake_.match_waiting(); // odometry comes on another thread
         intake_.expire(monotonic_us());
         channels_.check(monotonic_us());
     }
 }
 
-/// Did all threads go round since the last time that they all had?
+/// True if every thread has run since this function last returned true.
 bool Daemon::has_pulse()
 {
     const std::uint64_t pulses[] = {pulse_.load(std::memory_order_relaxed), mapping_.pulse(),
@@ -271,7 +273,7 @@ bool Daemon::has_pulse()
     return true;
 }
 
-/// Drops that only a counter tells of.
+/// Note a problem for each kind of drop that only a counter reports.
 void Daemon::note_drops()
 {
     for (std::size_t i = 0; i < kDropCount; ++i) {
@@ -308,8 +310,8 @@ void Daemon::log_drops()
     }
 }
 
-/// The last jump, if it has not been told. A localiser that jumps to and fro must not fill the disk
-/// with lines.
+/// Log the last jump, if it has not been logged. A localiser that jumps back and forth must not
+/// fill the disk with log lines.
 void Daemon::log_jump(std::int64_t now_us)
 {
     const std::int64_t n_jumps = counts_[GPOM_WIRE_FRAME_JUMPS];
@@ -330,13 +332,13 @@ void Daemon::log_jump(std::int64_t now_us)
     log(text);
 }
 
-/// LCM's network comes and goes with its interface.
+/// Log when LCM's network is lost, and when it is joined again.
 void Daemon::log_link()
 {
     const bool has_link = subscriber_.has_link();
     const std::uint32_t n_links = subscriber_.n_links();
     if (!has_link && has_logged_link_) {
-        log("no interface carries LCM's network any more; it is joined again when one does");
+        log("no interface carries LCM's network any more; gpomd joins it again when one does");
     } else if (has_link && (!has_logged_link_ || n_links != n_logged_links_)) {
         log("LCM's network was joined again");
     }
@@ -344,7 +346,7 @@ void Daemon::log_link()
     n_logged_links_ = n_links;
 }
 
-/// Status, watchdog and log, until a signal says to stop.
+/// Send status, feed the watchdog and write the log, until a signal says to stop.
 void Daemon::watch(const sigset_t &signals)
 {
     StatusSender status(config_, status_sender_, mapping_, counts_, problems_);
@@ -359,7 +361,8 @@ void Daemon::watch(const sigset_t &signals)
             status.send(false);
             status_us = now_us + config_.publish.status_period_us;
         }
-        is_ready_told = is_ready_told || notify("READY=1"); // its queue may be full: once more
+        is_ready_told = is_ready_told || notify("READY=1"); // its queue may be full: try again next
+                                                            // turn
         if (watchdog_period_us > 0 && now_us >= watchdog_next_us && has_pulse()) {
             notify("WATCHDOG=1");
             watchdog_next_us = now_us + watchdog_period_us;
@@ -427,7 +430,7 @@ void Daemon::restore()
         const std::string kept = snapshot_file_->keep_larger(report.slot);
         if (!kept.empty()) {
             snapshots_.drop(report.slot);
-            log("that snapshot is of a larger map.beam_max; all of it stays in " + kept);
+            log("that snapshot is of a larger map.beam_max; gpomd keeps all of it in " + kept);
         }
     } else if (snapshots_.is_used()) {
         log(std::string("no whole snapshot in ") + config_.snapshot_path +
@@ -452,9 +455,11 @@ void Daemon::run()
     sigemptyset(&signals);
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
-    pthread_sigmask(SIG_BLOCK, &signals, nullptr); // of all threads; watch() waits for them
-    std::signal(SIGPIPE, SIG_IGN); // nobody reads the log any more: no reason to end
-    std::signal(SIGXFSZ, SIG_IGN); // a snapshot that may not grow is a failed one, not the end
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr); // blocks the signals in all threads; watch()
+                                                   // waits for them
+    std::signal(SIGPIPE, SIG_IGN);                 // the daemon goes on when nobody reads its log
+    std::signal(SIGXFSZ, SIG_IGN); // a snapshot that may not grow fails, but does not end the
+                                   // daemon
     open_senders();
     init_parts();
     check();
@@ -464,7 +469,7 @@ void Daemon::run()
     run_threads(signals);
     note_drops();
     log_problems();
-    jump_log_us_ = 0; // the last line is told in any case
+    jump_log_us_ = 0; // log the last jump in any case
     log_jump(monotonic_us());
     log_drops();
     log("stopped after " + std::to_string(counts_[GPOM_WIRE_SCANS_INSERTED]) + " scans");
@@ -499,16 +504,16 @@ void Daemon::run_threads(const sigset_t &signals)
 
 int main(int argc, char **argv)
 {
-    CLI::App app("Map what LCM brings: scans in, low-resolution maps, status and answers out.\n"
+    CLI::App app("Receive scans over LCM and send low-resolution maps, status and answers.\n"
                  "Runs in the foreground until SIGTERM or SIGINT.",
                  "gpomd");
     std::string config_path;
     bool is_check = false;
-    app.add_option("--config", config_path, "Configuration, TOML; see ports/linux/gpomd.toml")
+    app.add_option("--config", config_path, "Configuration in TOML, see ports/linux/gpomd.toml")
         ->required()
         ->type_name("FILE");
     app.add_flag("--check", is_check, "Check the configuration and stop");
-    static gpomd::Daemon daemon; // large; parts of it point to others
+    static gpomd::Daemon daemon; // static because it is large; its parts point to each other
     return gpom_tools::run_tool(app, argc, argv, [&] {
         daemon.init(config_path.c_str());
         if (is_check) {

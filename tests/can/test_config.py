@@ -81,7 +81,7 @@ BAD = [  # text after interface, line that must be named, what must be said
     (MESSAGE + "bytes = 4\ncounter = { start = 32, length = 4 }\n", 19,
      "counter: is beyond the message's 4 bytes"),
     (MESSAGE + "[[can.odometry.message]]\nid = 0x1A0\n", 19,
-     "message[1].id: is that of another message before"),
+     "message[1].id: an earlier message has the same id"),
     ("[can.publish]\nclearance_id = 0x6A0\n", 14, "publish.clearance_id: two messages would"),
     (ODOMETRY.replace("0x1A0", "0x6A1"), 13, "can.publish.clearance_id: an identifier that is"),
     ("[can.publish]\nstatus_hz = 1e-300\n", 14, "status_hz: must be 0 or at least 0.001"),

@@ -86,8 +86,8 @@ def test_a_log_that_is_read_late_holds_nothing_up(start, peer):
             os.write(pipe, b"full\n")
     jump(watch, peer, 0)
     fresh_status(watch)
-    wait_for_line(daemon, "not told")
-    assert "lines that were not told: " in daemon.lines[-1]
+    wait_for_line(daemon, "log lines lost")
+    assert "log lines lost: " in daemon.lines[-1]
     with contextlib.suppress(BlockingIOError):
         while True:
             os.write(pipe, b"full\n")

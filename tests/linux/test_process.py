@@ -124,7 +124,8 @@ SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
     ({"raster": "cell_m = 1\nnx = 30000\nny = 30000"}, 10, "raster.nx: a raster of so many cells "
      "cannot be published; make cells larger"),
     ({"sensors": ""}, None, "sensor: missing; add it"),
-    ({"sensors": SENSOR + "\nid = 0\n" + SENSOR}, 7, "sensor[1].id: is that of sensor[0] on this "
+    ({"sensors": SENSOR + "\nid = 0\n" + SENSOR}, 7,
+     "sensor[1].id: is also that of sensor[0] on this "
      "channel"),
     ({"sensors": '[[sensor]]\ntype = "bot_core.planar_lidar_t"\nrange_max_m = 9'}, 4,
      "sensor[0].type: scans of this type carry no pose; add a [pose] table"),
@@ -223,7 +224,7 @@ def test_without_a_multicast_route_all_say_so_in_one_sentence(street, tmp_path):
 
 
 @pytest.mark.parametrize("url, text", [
-    ("udpm://127.0.0.1:7667", "the address is not one of multicast"),
+    ("udpm://127.0.0.1:7667", "the address is not a multicast address"),
     ("udpm://nonsense:7667", "must be udpm://ADDRESS:PORT"),
     ("udpm://239.1.2.3:99999", "must be udpm://ADDRESS:PORT")])
 def test_an_address_that_is_no_network_is_refused(url, text, tmp_path):

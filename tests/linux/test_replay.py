@@ -64,7 +64,7 @@ def event_log(n=2):
     (carmen_log(), ["--channel", "A"], "--channel: only for an LCM event log"),
     (carmen_log(), ["--family", "ros"], "--family: ros not in {gpom,bot_core,mbot}"),
     (carmen_log(), ["--rate", "0"], "--rate: "),
-    (carmen_log(), ["--url", "udpm://1.2.3.4:7667"], "the address is not one of multicast"),
+    (carmen_log(), ["--url", "udpm://1.2.3.4:7667"], "the address is not a multicast address"),
     *[(event_log(), option, f"{option[0]}: not for an LCM event log") for option in (
         ["--now"], ["--repeat", "2"], ["--family", "mbot"], ["--sensor-id", "1"], ["--extent"],
         ["--range-max", "9"], ["--scan-channel", "A"], ["--pose-channel", "A"])],

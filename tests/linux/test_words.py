@@ -87,7 +87,7 @@ SCANS = [
      "CRC-32 of all bytes before it, once the message is encoded (lcmtypes/README.md)"),
     ("damaged", lambda peer: [("GPOM_SCAN", own(peer)[1][:-1] + b"?")], "scan_corrupt",
      "gpom.scan_t on GPOM_SCAN: crc32 does not fit the bytes: the message was damaged, or the "
-     "sender computes it otherwise than lcmtypes/README.md says"),
+     "sender does not compute it as lcmtypes/README.md says"),
     ("many ranges", lambda peer: [own(peer, n_ranges=3000, ranges=[1.0] * 3000, angle_step=1e-3)],
      "scan_ranges", "gpom.scan_t on GPOM_SCAN: more ranges than intake.ranges_max = 2048: raise "
      "that"),

@@ -1,4 +1,4 @@
-// Points in, answers out: the CSV files of gpom-query.
+// The CSV files of gpom-query: points in, answers out.
 #ifndef GPOM_TOOLS_MAP_ANSWER_CSV_HPP
 #define GPOM_TOOLS_MAP_ANSWER_CSV_HPP
 
@@ -10,23 +10,23 @@
 namespace gpom_tools
 {
 
-/// Most cells that one raster may have here.
+/// Most cells of one raster in these programs.
 constexpr double kRasterCellsMax = 1e8;
 
-/// Points `x,y` a line [m]; `#` comments, blank lines and a first line "x,y" are skipped. Plain or
-/// gzipped. Throws FileError.
+/// Read points, `x,y` a line [m], plain or gzipped. Skips `#` comments, blank lines and a first
+/// line "x,y". Throws FileError.
 std::vector<gpom_point_t> read_points(const std::string &path);
 
 /// Centres of a raster's cells, in the order of gpom_query_raster().
 std::vector<gpom_point_t> cell_centres(const gpom_raster_t &raster);
 
-/// "x,y,mean,variance,probability,class", then a line for each point; class is free, unsure or
-/// occupied. Numbers read back to the same bits.
+/// "x,y,mean,variance,probability,class", then one line for each point. The class is free, unsure
+/// or occupied. Numbers read back to the same bits.
 std::string answers_csv(const std::vector<gpom_point_t> &points,
                         const std::vector<gpom_answer_t> &answers);
 
-/// Kept beams, one a line with the fields of gpom_beam_t named in the first. Numbers read back to
-/// the same bits.
+/// Kept beams, one a line. The first line names the fields of gpom_beam_t. Numbers read back to the
+/// same bits.
 std::string beams_csv(const std::vector<gpom_beam_t> &beams);
 
 } // namespace gpom_tools

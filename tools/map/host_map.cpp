@@ -18,7 +18,8 @@ void require(gpom_status_t status, const std::string &what)
     }
 }
 
-/// Bad pivots and cut searches are flagged in the answers, and are no failure of the whole query.
+/// Throw if a query failed. Bad pivots and cut searches are flags of single answers, not a failure
+/// of the query.
 void require_answers(gpom_status_t status)
 {
     if (status != GPOM_ERR_PIVOT && status != GPOM_ERR_CUT) {
@@ -64,7 +65,7 @@ void HostMap::insert(const Scan &scan, const float *pose_cov)
 {
     gpom_sensor_t sensor;
     gpom_sensor_init(&sensor);
-    sensor.range_min_m = 0.0f; // read_scans() saw to it
+    sensor.range_min_m = 0.0f; // read_scans() has already handled near readings
     sensor.range_max_m = static_cast<float>(scan.range_max_m);
     const gpom_pose_t pose = {scan.x_m, scan.y_m, scan.theta_rad, pose_cov};
     const gpom_scan_t readings = {static_cast<std::int64_t>(std::llround(scan.t_s * 1e6)),

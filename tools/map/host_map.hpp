@@ -1,4 +1,4 @@
-// The library's map with memory from the heap, for host programs.
+// The library's map with memory from the heap, for programs on a host.
 #ifndef GPOM_TOOLS_MAP_HOST_MAP_HPP
 #define GPOM_TOOLS_MAP_HOST_MAP_HPP
 
@@ -13,7 +13,7 @@
 namespace gpom_tools
 {
 
-/// How a vehicle keeps its map (live.h).
+/// Settings of a map that is kept as a vehicle keeps it (live.h).
 struct LiveConfig {
     std::uint32_t beam_max = 16384;
     float keep_m = 0.05f;
@@ -21,10 +21,10 @@ struct LiveConfig {
     std::uint64_t step_ops = 1000000; ///< Budget of the step after each scan.
 };
 
-/// A map that keeps all beams.
+/// Configuration of a map that keeps all beams.
 gpom_config_t whole_config(const gpom_params_t &params, std::size_t beam_max, gpom_point_t origin);
 
-/// A map that keeps what is worth keeping.
+/// Configuration of a map that keeps only useful beams.
 gpom_config_t live_config(const gpom_params_t &params, const LiveConfig &live, gpom_point_t origin);
 
 /// Owns the arena and the scratch of one map. Every failure throws std::runtime_error.
@@ -36,31 +36,32 @@ public:
     {
     }
 
-    /// Insert one scan; its pose is the laser's, with a covariance as in gpom_pose_t; NULL: exactly
-    /// known.
+    /// Insert one scan. Its pose is the laser's pose. `pose_cov` is its covariance as in
+    /// gpom_pose_t, or NULL: the pose is exact.
     void insert(const Scan &scan, const float *pose_cov = nullptr);
     /// Insert all scans and index them.
     void insert(const std::vector<Scan> &scans);
 
     void build();
 
-    /// One slice of the work that scans leave behind. Returns the operations done.
+    /// Do one slice of the work that scans leave behind. Returns the number of operations done.
     std::uint64_t step(std::uint64_t budget);
 
-    /// A point whose matrix was not positive definite has the prior and its flag, one whose search
-    /// was cut has its flag, as in the library; a point out of reach throws.
+    /// Answer points. If the matrix of a point is not positive definite, its answer is the prior,
+    /// with a flag. If the search of a point was cut, its answer has a flag. A point out of reach
+    /// throws.
     std::vector<gpom_answer_t> query(const std::vector<gpom_point_t> &points) const;
     std::vector<gpom_answer_t> query(const gpom_raster_t &raster) const;
-    /// Of the answers of query() the probabilities alone.
+    /// Only the probabilities of query().
     std::vector<double> probabilities(const std::vector<gpom_point_t> &points) const;
-    /// Likewise, its flags say which.
+    /// Answer a path. Its flags report bad matrices and cut searches.
     gpom_path_result_t query(const gpom_path_t &path) const;
 
     /// The cells of the coarse low-resolution map, row by row from the lowest y.
     std::vector<gpom_cell_t> cells() const;
 
     gpom_stats_t stats() const;
-    std::vector<gpom_beam_t> kept() const; ///< By slot, empty ones left out.
+    std::vector<gpom_beam_t> kept() const; ///< By slot, without vacant slots.
     std::size_t bytes() const { return map_bytes_; }
     const gpom_map_t *get() const { return map_; }
 
@@ -73,10 +74,10 @@ private:
     gpom_map_t *map_ = nullptr;
 };
 
-/// Beams that scans can give at most: a map of this capacity takes them all.
+/// Most beams that scans can give. A map of this capacity takes them all.
 std::size_t beam_count(const std::vector<Scan> &scans);
 
-/// Middle of the scans' positions, to whole metres: an origin that keeps them all in reach.
+/// Middle of the scans' positions, rounded to metres: an origin from which all scans are in reach.
 gpom_point_t middle_of(const std::vector<Scan> &scans);
 
 } // namespace gpom_tools

@@ -1,4 +1,4 @@
-// Options of every tool that keeps a map as a vehicle does.
+// Options of all tools that keep a map as a vehicle does.
 #ifndef GPOM_TOOLS_MAP_MAP_OPTIONS_HPP
 #define GPOM_TOOLS_MAP_MAP_OPTIONS_HPP
 
@@ -10,7 +10,7 @@
 namespace gpom_tools
 {
 
-/// All but the capacity, which gpom-query names itself.
+/// Add all options except the capacity, which gpom-query names itself.
 inline std::vector<CLI::Option *> add_live_options(CLI::App &app, LiveConfig &live)
 {
     return {app.add_option("--keep", live.keep_m,

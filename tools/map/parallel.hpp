@@ -1,4 +1,4 @@
-// A loop over items on all cores whose result does not depend on how many there are.
+// A parallel loop whose result does not depend on the number of cores.
 #ifndef GPOM_TOOLS_MAP_PARALLEL_HPP
 #define GPOM_TOOLS_MAP_PARALLEL_HPP
 
@@ -10,13 +10,14 @@
 namespace gpom_tools
 {
 
-/// Items one thread takes at a time; sums are made per chunk, then in the order of the chunks.
+/// Number of items that a thread takes at a time. Sums are made for each chunk, then over the
+/// chunks in order.
 constexpr std::size_t kParallelChunk = 64;
 
 inline std::size_t chunk_count(std::size_t n) { return (n + kParallelChunk - 1) / kParallelChunk; }
 
-/// Call body(i_chunk, first, last) for every chunk of 0 .. n, on `n_threads` threads (0: all
-/// cores). The body must not throw.
+/// Call body(i_chunk, first, last) for every chunk of 0 .. n on `n_threads` threads. 0: all cores.
+/// The body must not throw.
 template <class Body> void for_chunks(std::size_t n, unsigned n_threads, const Body &body)
 {
     const std::size_t n_chunks = chunk_count(n);

@@ -22,7 +22,7 @@ std::string probabilities_csv(const std::vector<gpom_point_t> &points,
 {
     std::string text = "x,y,probability\n";
     for (std::size_t i = 0; i < points.size(); ++i) {
-        for (const double coordinate_m : {points[i].x_m, points[i].y_m}) { // as answers_csv()
+        for (const double coordinate_m : {points[i].x_m, points[i].y_m}) { // like answers_csv()
             append_number(text, coordinate_m);
             text += ',';
         }

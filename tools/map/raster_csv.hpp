@@ -1,4 +1,4 @@
-// Formatted text, and probabilities at points as CSV.
+// Formatted text, and probabilities of points as CSV.
 #ifndef GPOM_TOOLS_MAP_RASTER_CSV_HPP
 #define GPOM_TOOLS_MAP_RASTER_CSV_HPP
 
@@ -10,10 +10,10 @@
 namespace gpom_tools
 {
 
-/// Add text as by printf.
+/// Append text, formatted as by printf.
 void append_text(std::string &text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/// `x,y,probability`, for maps that know neither mean nor variance.
+/// Lines `x,y,probability`, for maps that know neither mean nor variance.
 std::string probabilities_csv(const std::vector<gpom_point_t> &points,
                               const std::vector<double> &probabilities);
 

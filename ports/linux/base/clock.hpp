@@ -1,4 +1,4 @@
-// The two clocks, in microseconds.
+// The two clocks of gpomd, in microseconds.
 #ifndef GPOM_LINUX_CLOCK_HPP
 #define GPOM_LINUX_CLOCK_HPP
 
@@ -16,13 +16,14 @@ inline std::int64_t read_clock_us(clockid_t id)
     return static_cast<std::int64_t>(time.tv_sec) * 1000000 + time.tv_nsec / 1000;
 }
 
-/// Since the Unix epoch; may be set by anybody: only to be compared with stamps.
+/// Time since the Unix epoch. Anybody may set this clock, so compare it with stamps only.
 inline std::int64_t wall_us() { return read_clock_us(CLOCK_REALTIME); }
 
-/// Stamps from 0 to this are let in: no sum or difference of a few of them overflows.
+/// gpomd accepts stamps from 0 to this value. Sums and differences of a few of them cannot
+/// overflow.
 constexpr std::int64_t kStampMax_us = INT64_MAX / 4;
 
-/// Never runs backwards.
+/// Time since some fixed moment. This clock never runs backwards.
 inline std::int64_t monotonic_us() { return read_clock_us(CLOCK_MONOTONIC); }
 
 } // namespace gpomd

@@ -1,4 +1,4 @@
-// Counters that several threads raise and the status reads.
+// Counters that several threads raise and that the status message reads.
 #ifndef GPOM_LINUX_COUNTS_HPP
 #define GPOM_LINUX_COUNTS_HPP
 
@@ -11,14 +11,14 @@
 namespace gpomd
 {
 
-/// By the places of gpom.status_t: GPOM_WIRE_SCANS_RECEIVED and so on.
+/// One counter per place of gpom.status_t. The index is GPOM_WIRE_SCANS_RECEIVED and so on.
 class Counts {
 public:
     void add(std::size_t place, std::int64_t n = 1)
     {
         counts_[place].fetch_add(n, std::memory_order_relaxed);
     }
-    /// For counters that somebody else keeps.
+    /// For counters that another part counts by itself.
     void set(std::size_t place, std::int64_t n)
     {
         counts_[place].store(n, std::memory_order_relaxed);

@@ -22,15 +22,15 @@ void Log::tell(const char *text)
 
 void Log::tell_lost()
 {
-    char text[64] = "lines that were not told: ";
+    char text[64] = "log lines lost: ";
     std::to_chars(text + std::strlen(text), std::end(text) - 1, n_lost_);
     if (n_lost_ > 0 && write_line(text)) {
         n_lost_ = 0;
     }
 }
 
-/// Into a pipe for which poll() says that it has room, PIPE_BUF bytes go at once. O_NONBLOCK would
-/// be felt by all who share standard output.
+/// Write one line if poll() says that there is room. A pipe with room takes PIPE_BUF bytes in one
+/// write. O_NONBLOCK is not used, because it would change all processes that share standard output.
 bool Log::write_line(const char *text)
 {
     constexpr char kBegin[] = "gpomd: ";

@@ -1,4 +1,4 @@
-// Lines for whoever reads the daemon's standard output, who may be slow, hang or go away.
+// Writes lines to the daemon's standard output. Its reader may be slow, hang or go away.
 #ifndef GPOM_LINUX_LOG_HPP
 #define GPOM_LINUX_LOG_HPP
 
@@ -7,22 +7,22 @@
 namespace gpomd
 {
 
-/// Used by one thread. That never waits: a line for which there is no room is lost, and counted in
-/// the log when there is room again.
+/// Used by one thread, and never makes that thread wait. A line for which there is no room is lost.
+/// The log reports how many lines were lost when there is room again.
 class Log {
 public:
     explicit Log(int fd) : fd_(fd) {}
 
-    /// "gpomd: TEXT"; what goes beyond PIPE_BUF bytes is cut off.
+    /// Write "gpomd: TEXT". Bytes beyond PIPE_BUF are cut off.
     void tell(const char *text);
-    /// Tell of lines that were lost, if there are any and there is room now.
+    /// Report how many lines were lost, if any were lost and there is room now.
     void tell_lost();
 
 private:
     bool write_line(const char *text);
 
     int fd_;
-    unsigned long long n_lost_ = 0; ///< Since the last line that was told.
+    unsigned long long n_lost_ = 0; ///< Lines lost since the last line that was written.
     char line_[PIPE_BUF] = {};
 };
 

@@ -1,4 +1,4 @@
-// All memory of the daemon, taken from the system once.
+// All memory of the daemon. It is taken from the system once.
 #ifndef GPOM_LINUX_MEMORY_HPP
 #define GPOM_LINUX_MEMORY_HPP
 
@@ -8,19 +8,20 @@
 namespace gpomd
 {
 
-/// One block of zeros, present from the start and never given back; handed out piece by piece.
+/// One block of zeros. It is resident from the start, never given back, and handed out in pieces.
 class Memory {
 public:
-    /// False: the system has not so much, or `n_bytes` is 0.
+    /// False: the system does not have so much memory, or `n_bytes` is 0.
     bool reserve(std::size_t n_bytes);
 
-    /// `n` objects of a type that may begin as zeros; never more in all than was reserved.
+    /// Hand out `n` objects of a type for which all bytes 0 is a valid start value. In total no
+    /// more than the reserved bytes may be taken.
     template <class Type> Type *take(std::size_t n)
     {
         return static_cast<Type *>(take_bytes(n * sizeof(Type)));
     }
 
-    /// Bytes that take() uses up for `n` objects.
+    /// Bytes that take() uses for `n` objects.
     template <class Type> static constexpr std::size_t need(std::size_t n)
     {
         return rounded(n * sizeof(Type));
@@ -39,7 +40,7 @@ private:
     std::size_t n_taken_ = 0;
 };
 
-/// Resident memory of this process [bytes]; 0: not known.
+/// Resident memory of this process [bytes]. 0: not known.
 std::int64_t resident_bytes();
 
 } // namespace gpomd

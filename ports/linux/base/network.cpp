@@ -22,12 +22,12 @@ constexpr std::size_t kPrefix = sizeof kMulticast - 1;
 
 constexpr long kTtlMax = 255;
 
-/// The number that an option is set to; 0: it is not there.
+/// The number that an option is set to. 0: the option is absent.
 long option(const char *options, const char *name)
 {
     const std::size_t n_name = std::strlen(name);
     for (const char *at = options; *at != '\0'; at += std::strcspn(at, "&")) {
-        ++at; // past ? or &
+        ++at; // skip ? or &
         if (std::strncmp(at, name, n_name) == 0 && at[n_name] == '=') {
             return std::strtol(at + n_name + 1, nullptr, 0);
         }
@@ -35,7 +35,7 @@ long option(const char *options, const char *name)
     return 0;
 }
 
-/// Is each option one that is known, with a number that it may have?
+/// True if every option is known and has a number in its range.
 bool has_good_options(const char *options)
 {
     constexpr struct {
@@ -43,7 +43,7 @@ bool has_good_options(const char *options)
         long most;
     } kOptions[] = {{"ttl=", kTtlMax}, {"recv_buf_size=", INT_MAX}};
     for (const char *at = options; *at != '\0'; at += std::strcspn(at, "&")) {
-        ++at; // past ? or &
+        ++at; // skip ? or &
         bool is_good = false;
         for (const auto &known : kOptions) {
             const char *const digits = at + std::strlen(known.name);
@@ -99,11 +99,11 @@ const char *url_problem(const char *url)
         return "LCM's URL must be udpm://ADDRESS:PORT?ttl=0 with a multicast address";
     }
     if (!IN_MULTICAST(ntohl(network.group.sin_addr.s_addr))) {
-        return "LCM's URL: the address is not one of multicast, 224.0.0.0 to 239.255.255.255";
+        return "LCM's URL: the address is not a multicast address (224.0.0.0 to 239.255.255.255)";
     }
     if (!has_good_options(url + std::strcspn(url, "?"))) {
-        return "LCM's URL: options are ttl=0 to 255 and recv_buf_size=BYTES, ? before the first, & "
-               "between them";
+        return "LCM's URL: options are ttl=0 to 255 and recv_buf_size=BYTES; write ? before the "
+               "first option and & between options";
     }
     return nullptr;
 }
@@ -124,7 +124,7 @@ const char *network_problem(const char *url)
         close(fd);
     }
     if (result != 0 && error == ENETUNREACH) {
-        return "there is no route for multicast; for this machine alone, run as root: "
+        return "there is no route for multicast; to use LCM on this machine only, run as root: "
                "ip link set lo up && ip route add 224.0.0.0/4 dev lo";
     }
     return nullptr;

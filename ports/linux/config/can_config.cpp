@@ -25,7 +25,7 @@ struct Limits {
     double low, high;
 };
 
-/// A number within limits; `otherwise` where the key is absent.
+/// A number within limits. `otherwise` is the default for an absent key.
 double number(const TomlTable &table, const std::string &key, double otherwise,
               const Limits &limits)
 {
@@ -51,7 +51,7 @@ bool truth(const TomlTable &table, const std::string &key, bool otherwise)
 
 std::int64_t microseconds(double seconds) { return std::llround(1e6 * seconds); }
 
-/// An identifier as in struct can_frame; over 0x7FF it has 29 bits.
+/// An identifier as in struct can_frame. An identifier over 0x7FF has 29 bits.
 std::uint32_t identifier(const TomlTable &table, const std::string &key, std::uint32_t otherwise)
 {
     const auto id = static_cast<std::uint32_t>(
@@ -59,7 +59,7 @@ std::uint32_t identifier(const TomlTable &table, const std::string &key, std::ui
     return id > CAN_SFF_MASK ? id | CAN_EFF_FLAG : id;
 }
 
-/// Place and length of bits: keys start, length and order.
+/// Position and length of a bit field: keys start, length and order.
 gpom_can_signal_t read_bits(const TomlTable &table, std::int64_t n_bits_max)
 {
     gpom_can_signal_t signal = {};
@@ -79,10 +79,10 @@ gpom_can_signal_t read_bits(const TomlTable &table, std::int64_t n_bits_max)
     return signal;
 }
 
-/// Number of the message with the identifier under `id`; n_messages: there is none.
+/// Number of the message with the identifier under `id`. n_messages: there is none.
 std::size_t find_message(const TomlTable &table, const CanConfig &config)
 {
-    table.whole("id", 0, CAN_EFF_MASK); // must be there
+    table.whole("id", 0, CAN_EFF_MASK); // the key is required
     const std::uint32_t id = identifier(table, "id", 0);
     std::size_t i = 0;
     while (i < config.n_messages && config.messages[i].id != id) {
@@ -91,7 +91,7 @@ std::size_t find_message(const TomlTable &table, const CanConfig &config)
     return i;
 }
 
-/// Bytes of the longest frame on the bus.
+/// Length of the longest frame on the bus.
 std::size_t bytes_max(const CanConfig &config)
 {
     return config.has_fd ? GPOM_CAN_BYTES_MAX : GPOM_CAN_CLASSIC_BYTES;
@@ -160,7 +160,7 @@ void read_crc(const TomlTable &table, gpom_can_protection_t &protection)
     protection.data_id = static_cast<std::uint16_t>(table.whole("data_id", 0, UINT16_MAX));
 }
 
-/// All that is looked for in a message must be in it.
+/// A message must contain every field that is read from it.
 void check_message(const TomlTable &table, const CanConfig &config, std::size_t i_message)
 {
     const CanMessageConfig &message = config.messages[i_message];
@@ -185,7 +185,7 @@ void check_message(const TomlTable &table, const CanConfig &config, std::size_t 
     }
 }
 
-/// [[can.odometry.message]]: how messages are protected.
+/// Read [[can.odometry.message]]: how messages are protected.
 void read_messages(const TomlTable &odometry, CanConfig &config)
 {
     if (!odometry.has("message")) {
@@ -199,7 +199,7 @@ void read_messages(const TomlTable &odometry, CanConfig &config)
             table.fail("id", "id: no signal of the odometry is in this message; remove it");
         }
         if (is_read[i_message]) {
-            table.fail("id", "id: is that of another message before; put both into one");
+            table.fail("id", "id: an earlier message has the same id; write both as one");
         }
         is_read[i_message] = true;
         CanMessageConfig &message = config.messages[i_message];
@@ -226,7 +226,7 @@ void read_odometry(const TomlTable &can, CanConfig &config)
         table.fail("left", "left: give either speed and yaw_rate, or left and right");
     }
     if (config.is_wheels) {
-        table.number("track_m"); // must be there
+        table.number("track_m"); // the key is required
         config.track_m = number(table, "track_m", 1.0, {0.01, 100.0});
     } else if (table.has("track_m")) {
         table.fail("track_m", "track_m: only with left and right; remove it");
@@ -235,7 +235,7 @@ void read_odometry(const TomlTable &can, CanConfig &config)
         config.signals[0] = read_signal(table, config.is_wheels ? "left" : "speed", config);
         config.signals[1] = read_signal(table, config.is_wheels ? "right" : "yaw_rate", config);
     }
-    read_messages(table, config); // refuses those of no signal
+    read_messages(table, config); // also refuses messages without a signal
     config.latency_us = microseconds(number(table, "latency_s", 0.0, {-10.0, 10.0}));
     OdometryConfig &odometry = config.odometry;
     odometry.timeout_us = microseconds(number(table, "timeout_s", 0.2, {0.001, 10.0}));
@@ -246,7 +246,7 @@ void read_odometry(const TomlTable &can, CanConfig &config)
     odometry.yaw_rate_noise = number(table, "yaw_rate_noise", 0.001, {0.0, 10.0});
 }
 
-/// `NAME_hz` and `NAME_id`. 0 Hz: not sent.
+/// Read `NAME_hz` and `NAME_id`. 0 Hz: the message is not sent.
 CanSendConfig read_send(const TomlTable &table, const std::string &name, double otherwise_hz,
                         std::uint32_t otherwise_id)
 {
@@ -258,7 +258,7 @@ CanSendConfig read_send(const TomlTable &table, const std::string &name, double 
     return {identifier(table, name + "_id", otherwise_id), hz > 0.0 ? microseconds(1.0 / hz) : 0};
 }
 
-/// No two messages on the bus may have one identifier.
+/// Refuse two messages with the same identifier.
 void check_ids(const TomlTable &can, const TomlTable &table, const CanConfig &config)
 {
     const struct {
@@ -290,7 +290,8 @@ void check_ids(const TomlTable &can, const TomlTable &table, const CanConfig &co
     }
 }
 
-/// Tiles have places of whole cells from the map frame's origin, and sides in centimetres.
+/// Refuse rasters that tiles cannot describe: a tile's place is in whole cells from the map frame's
+/// origin, and the side of a cell is in centimetres.
 void check_tiles(const TomlTable &root, const TomlTable &table)
 {
     const TomlTable raster = root.table("raster");

@@ -1,4 +1,4 @@
-// What gpomd is told of CAN: table [can] of its configuration.
+// CAN configuration of gpomd: table [can] of its configuration file.
 #ifndef GPOM_LINUX_CAN_CONFIG_HPP
 #define GPOM_LINUX_CAN_CONFIG_HPP
 
@@ -18,15 +18,15 @@ class TomlTable;
 namespace gpomd
 {
 
-/// Signals of the odometry: speed and yaw rate, or left and right wheels.
+/// Number of odometry signals: speed and yaw rate, or left and right wheels.
 constexpr std::size_t kCanSignals = 2;
-/// Messages they are in.
+/// Most messages that the signals are in.
 constexpr std::size_t kCanMessagesMax = kCanSignals;
 
-/// A message that odometry is in.
+/// A message that contains odometry.
 struct CanMessageConfig {
     std::uint32_t id;    ///< As in struct can_frame: CAN_EFF_FLAG for 29 bits.
-    std::size_t n_bytes; ///< Exactly; 0: as many as the signals need, at least.
+    std::size_t n_bytes; ///< Exact length. 0: any length that holds the signals.
     gpom_can_protection_t protection;
 };
 
@@ -34,11 +34,11 @@ struct CanMessageConfig {
 struct CanSignalConfig {
     std::size_t i_message;
     gpom_can_signal_t signal;
-    bool has_absent;      ///< Bits that say "no value":
-    std::uint64_t absent; ///< these.
+    bool has_absent;      ///< The signal has a raw value that means "no value".
+    std::uint64_t absent; ///< The raw value that means "no value".
 };
 
-/// A message that is sent, or not: period 0.
+/// A message that is sent. Period 0: it is not sent.
 struct CanSendConfig {
     std::uint32_t id;
     std::int64_t period_us;
@@ -47,11 +47,11 @@ struct CanSendConfig {
 struct CanConfig {
     char interface[IF_NAMESIZE]; ///< Empty: no CAN.
     bool has_fd;
-    std::uint32_t receive_bytes; ///< Of the socket's buffer.
+    std::uint32_t receive_bytes; ///< Size of the socket's buffer.
 
     bool has_odometry;
-    bool is_wheels; ///< Signals are left and right wheels, else speed and yaw rate.
-    double track_m; ///< Between the wheels.
+    bool is_wheels; ///< The signals are left and right wheels, otherwise speed and yaw rate.
+    double track_m; ///< Distance between the wheels.
     std::int64_t latency_us;
     std::size_t n_messages;
     CanMessageConfig messages[kCanMessagesMax];
@@ -59,13 +59,13 @@ struct CanConfig {
     OdometryConfig odometry;
 
     CanSendConfig status, clearance, clearance_fd, tile;
-    float range_m;  ///< Clearance is looked for so far.
+    float range_m;  ///< Clearance is computed up to this distance.
     float radius_m; ///< Cells this near to the reference point are the robot's own place.
-    std::int32_t tiles_beside; ///< Tiles sent on each side of the robot's.
+    std::int32_t tiles_beside; ///< Number of tiles sent on each side of the robot's tile.
 };
 
-/// Read [can] of a whole configuration; leaves `config` without an interface where there is none.
-/// Throws gpom_tools::FileError, which names file, line and key.
+/// Read [can] of a whole configuration. Without [can], `config` has no interface. Throws
+/// gpom_tools::FileError, which names file, line and key.
 void read_can(const gpom_tools::TomlTable &root, CanConfig &config);
 
 } // namespace gpomd

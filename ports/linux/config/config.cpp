@@ -22,7 +22,7 @@ namespace
 
 using gpom_tools::TomlTable;
 
-/// Copy into a fixed array; refuse what does not fit.
+/// Copy a word into a fixed array. Refuse a word that does not fit.
 template <std::size_t N>
 void copy_word(const TomlTable &table, const std::string &key, const std::string &word,
                char (&target)[N])
@@ -33,8 +33,8 @@ void copy_word(const TomlTable &table, const std::string &key, const std::string
     std::memcpy(target, word.c_str(), word.size() + 1);
 }
 
-/// A channel's name, or the default where the key is absent. To subscribers with liblcm names are
-/// regular expressions, so that only characters which stand for themselves can be allowed.
+/// A channel's name, or the default for an absent key. liblcm reads the names that it subscribes to
+/// as regular expressions. So only characters without a special meaning are allowed.
 void read_channel(const TomlTable &table, const std::string &key, const std::string &otherwise,
                   ChannelName &channel)
 {
@@ -48,7 +48,7 @@ void read_channel(const TomlTable &table, const std::string &key, const std::str
     copy_word(table, key, word, channel);
 }
 
-/// The word of a key, or the default where the key is absent.
+/// The word of a key, or the default for an absent key.
 template <std::size_t N>
 void read_word(const TomlTable &table, const std::string &key, const std::string &otherwise,
                char (&target)[N])
@@ -89,11 +89,11 @@ std::int64_t seconds_or(const TomlTable &table, const std::string &key, double o
     return std::llround(1e6 * number_or(table, key, otherwise_s, range_s));
 }
 
-/// What a place or an angle may be at most: whatever is computed of it is finite, and far coarser
-/// than a cell beyond.
+/// Largest value of a position or an angle. Everything computed from it is finite. Beyond it, float
+/// steps are much coarser than a cell.
 constexpr double kTupleMax = 1e9;
 
-/// Exactly `n` numbers that something can be done with.
+/// A list of exactly `n` numbers, all within kTupleMax.
 std::vector<double> tuple(const TomlTable &table, const std::string &key, std::size_t n)
 {
     std::vector<double> values = table.numbers(key);
@@ -156,7 +156,7 @@ void read_masks(const TomlTable &table, SensorConfig &config)
     }
 }
 
-/// True if readings of a kind stand for "no return" and are not just ignored.
+/// True if readings of a kind mean "no return". False: they are ignored.
 bool is_no_return(const TomlTable &table, const char *key)
 {
     const std::string meaning = table.has(key) ? table.word(key) : "ignore";
@@ -252,7 +252,7 @@ void read_jump(const TomlTable &root, JumpConfig &jump)
     jump.forget_m = number_or(table, "forget_m", jump.forget_m, {1e-3, GPOM_REACH_M});
 }
 
-/// Sensors on one channel must be told apart, and those without poses must get some.
+/// Sensors on one channel must have different ids. Sensors without poses need a pose channel.
 void check_sensor(const TomlTable &table, const Config &config)
 {
     const SensorConfig &last = config.sensors[config.n_sensors - 1];
@@ -268,11 +268,12 @@ void check_sensor(const TomlTable &table, const Config &config)
             continue;
         }
         if (other.type != last.type || last.type != ScanType::gpom_scan) {
-            table.fail("channel", "channel: is that of sensor[" + std::to_string(i) +
+            table.fail("channel", "channel: is also that of sensor[" + std::to_string(i) +
                                       "]; only gpom.scan_t may share one");
         }
         if (other.id == last.id) {
-            table.fail("id", "id: is that of sensor[" + std::to_string(i) + "] on this channel");
+            table.fail("id",
+                       "id: is also that of sensor[" + std::to_string(i) + "] on this channel");
         }
     }
 }
@@ -331,7 +332,8 @@ void read_map(const TomlTable &root, gpom_config_t &map)
     map.old_s = static_cast<float>(number_or(table, "old_s", 0.0, {0.0, 1e9}));
     map.rebase_m = static_cast<float>(number_or(table, "rebase_m", 0.0, {0.0, GPOM_REACH_M / 2.0}));
     if (map.rebase_m > 0.0f && map.params.frame == GPOM_FRAME_MAP) {
-        table.fail("rebase_m", "rebase_m: not with parameters whose frame is \"map\"; remove it");
+        table.fail("rebase_m",
+                   "rebase_m: parameters whose frame is \"map\" do not allow it; remove it");
     }
     if (table.has("origin")) {
         const std::vector<double> origin = tuple(table, "origin", 2);
@@ -362,7 +364,8 @@ void read_intake(const TomlTable &root, Config &config)
     }
 }
 
-/// On a network that no datagram leaves, queries need no CRC-32 unless it is asked for.
+/// Queries on a network that no datagram leaves need no CRC-32, unless the configuration asks for
+/// it.
 bool is_local(const char *url)
 {
     Network network;
@@ -396,7 +399,7 @@ void read_publish(const TomlTable &root, Config &config)
     publish.stale_after_us = seconds_or(table, "stale_s", 1.0, {0.05, 1e6});
 }
 
-/// A fixed raster whose corner no grid in float32 could tell would be shifted on MBot's maps.
+/// Refuse a fixed raster whose corner float32 cannot hold. MBot's maps would be shifted.
 void check_grid(const TomlTable &root, const Config &config)
 {
     const gpom_config_t &map = config.map;
@@ -405,11 +408,11 @@ void check_grid(const TomlTable &root, const Config &config)
         (grid_margin(map.lowres_x0_m, map.lowres_cell_m) > kGridMarginMax ||
          grid_margin(map.lowres_y0_m, map.lowres_cell_m) > kGridMarginMax)) {
         root.table("raster").fail("corner", "corner: publish.grid is in float32, which cannot hold "
-                                            "it; take whole metres");
+                                            "this corner; use whole metres");
     }
 }
 
-/// gpomd must not read what it sends, nor send two types on a channel.
+/// gpomd must not read what it sends, and must not send two types on one channel.
 void check_channels(const TomlTable &root, const Config &config)
 {
     struct Field {
@@ -458,7 +461,7 @@ void read_snapshot(const TomlTable &root, const std::string &path, Config &confi
     config.snapshot_period_us = seconds_or(table, "period_s", 10.0, {0.1, 1e6});
 }
 
-/// Whatever else the library refuses.
+/// Refuse whatever else the library refuses.
 void check_map(const TomlTable &root, const gpom_config_t &map)
 {
     const char *problem = nullptr;

@@ -1,4 +1,4 @@
-// Where MBot's grids may begin: their corner is a float32.
+// Where MBot's grids may begin. Their corner is a float32.
 #ifndef GPOM_LINUX_GRID_CORNER_HPP
 #define GPOM_LINUX_GRID_CORNER_HPP
 
@@ -8,14 +8,15 @@
 namespace gpomd
 {
 
-/// Most cells that a grid begins before its raster, along x and y each.
+/// Most cells that a grid may have before its raster, along x and along y.
 constexpr std::uint32_t kGridMarginMax = 64;
 
-/// Error of a corner that no reader feels, as a part of a cell.
+/// Largest error of a corner, as a part of a cell. It is too small to matter to a reader.
 constexpr double kGridCornerError = 1e-3;
 
-/// How many cells before corner_m a grid has to begin so that float32 holds its corner: at UTM
-/// northings only half metres are. More than kGridMarginMax: nowhere near.
+/// Number of cells that a grid needs before corner_m so that float32 holds the grid's corner. At
+/// UTM northings float32 holds half metres only. More than kGridMarginMax: there is no such corner
+/// near.
 inline std::uint32_t grid_margin(double corner_m, double cell_m)
 {
     std::uint32_t n = 0;

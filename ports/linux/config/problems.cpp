@@ -8,10 +8,10 @@ namespace gpomd
 namespace
 {
 
-/// A kind is in the status for so long after it was seen.
+/// The status shows a kind for this time after it was seen.
 constexpr std::int64_t kShown_us = 10000000;
 
-/// After so long a kind is new again.
+/// A kind that was absent for this time is new again.
 constexpr std::int64_t kForgotten_us = 60000000;
 
 } // namespace

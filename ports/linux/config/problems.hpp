@@ -1,5 +1,5 @@
-// What is wrong with what comes: noted by the thread that sees it, told by the one that writes the
-// log, and shown in the status.
+// Problems of incoming data. The thread that sees a problem notes it, and the log thread reports
+// it. The status shows the kinds.
 #ifndef GPOM_LINUX_PROBLEMS_HPP
 #define GPOM_LINUX_PROBLEMS_HPP
 
@@ -13,29 +13,29 @@
 namespace gpomd
 {
 
-/// One case of a kind of problem. Which fields are used is up to the kind (words.cpp).
+/// One problem. Its kind decides which fields are used (words.cpp).
 struct Problem {
     std::uint32_t kind; ///< GPOM_WIRE_PROBLEM_...
-    /// Of the [[sensor]] whose scan it is; kSensorsMax: of no sensor.
+    /// The [[sensor]] whose scan has the problem. kSensorsMax: no sensor.
     std::size_t i_sensor = kSensorsMax;
-    std::uint64_t type = 0;     ///< Fingerprint that came.
-    std::int64_t stamp_us = 0;  ///< That came.
-    std::int64_t other_us = 0;  ///< What it is compared with: a clock, or another stamp.
-    double value = 0.0;         ///< That came.
-    double limit = 0.0;         ///< What it is compared with.
+    std::uint64_t type = 0;     ///< The fingerprint received.
+    std::int64_t stamp_us = 0;  ///< The stamp received.
+    std::int64_t other_us = 0;  ///< The time to compare with: of a clock, or another stamp.
+    double value = 0.0;         ///< The value received.
+    double limit = 0.0;         ///< The limit to compare with.
     std::uint64_t sender = 0;   ///< Address << 16 | port.
     ChannelName channel = {};   ///< Another channel than the configured one.
     const char *text = nullptr; ///< Static storage.
     std::size_t i_drop = 0;     ///< Place of a counter in kDrops (words.hpp).
 };
 
-/// Any thread may note; one thread tells. A kind is told when it is new: at once the first time,
-/// and again once it had been absent for a minute, so that the log stays short whatever comes.
+/// Any thread may note problems. One thread reports them. A kind is reported at once when it is
+/// new, and again if it was absent for a minute. So the log stays short, whatever comes.
 class Problems {
 public:
     void note(const Problem &problem);
 
-    /// The next problem that has not been told; false: there is none.
+    /// Get the next problem that has not been reported. False: there is none.
     bool next(Problem &problem);
 
     /// Bits of the kinds seen in the last 10 s, as in gpom.status_t.
@@ -46,7 +46,7 @@ private:
         Problem problem;
         bool is_seen;
         bool is_untold;
-        std::int64_t seen_us; ///< When it was noted last; monotonic.
+        std::int64_t seen_us; ///< When it was last noted, monotonic.
     };
 
     std::mutex mutex_;

@@ -17,9 +17,9 @@ namespace
 
 constexpr const char *kCanRemedy = "`candump` shows the frames; compare [can.odometry] with them";
 constexpr const char *kCanBusRemedy =
-    "`ip -details -statistics link show` tells more; docs/counters.md lists causes";
+    "`ip -details -statistics link show` says more; docs/counters.md lists causes";
 constexpr const char *kForeignRemedy =
-    "some program sends to LCM's address and port what is not LCM's; give LCM another port";
+    "another program sends other data to LCM's address and port; give LCM another port";
 constexpr const char *kFragmentRemedy =
     "the network loses datagrams, or several senders have one address and port";
 
@@ -72,11 +72,11 @@ bool is_type_of(std::uint64_t fingerprint, bool of_poses)
                           fingerprint == GPOM_WIRE_LIDAR_FINGERPRINT;
 }
 
-/// What a problem is about, by the names of the configuration.
+/// What a problem is about, in the words of the configuration.
 struct About {
-    std::string channel; ///< LIDAR, say.
-    std::string table;   ///< sensor[0] or pose.
-    std::string type;    ///< As configured.
+    std::string channel; ///< For example LIDAR.
+    std::string table;   ///< For example sensor[0] or pose.
+    std::string type;    ///< The configured type.
     const Config &config;
 
     About(const Problem &problem, const Config &configured) : config(configured)
@@ -95,7 +95,7 @@ struct About {
     }
 };
 
-/// Whose time a stamp may be, by the clocks of now.
+/// Name of the clock that a stamp is near to, compared with the clocks now.
 const char *clock_of(std::int64_t stamp_us)
 {
     constexpr double kNear_s = 60.0;
@@ -130,20 +130,21 @@ std::string unit_sentence(const Problem &p, const About &about)
                 about.type.c_str(), about.channel.c_str(), p.stamp_us, unit);
 }
 
-/// Messages of a sensor that are malformed.
+/// Sentences about malformed messages of a sensor.
 std::string malformed_sentence(const Problem &p, const About &about)
 {
     const std::string head = about.type + " on " + about.channel + ": ";
     switch (p.kind) {
     case GPOM_WIRE_PROBLEM_SCAN_CRC_ZERO:
-        return head + "crc32 is 0, so the sender has not computed it: it must be the CRC-32 of all "
-                      "bytes before it, once the message is encoded (lcmtypes/README.md)";
+        return head +
+               "crc32 is 0, so the sender has not computed it: crc32 must be the CRC-32 of all "
+               "bytes before it, once the message is encoded (lcmtypes/README.md)";
     case GPOM_WIRE_PROBLEM_SCAN_CORRUPT:
-        return head + "crc32 does not fit the bytes: the message was damaged, or the sender "
-                      "computes it otherwise than lcmtypes/README.md says";
+        return head + "crc32 does not fit the bytes: the message was damaged, or the sender does "
+                      "not compute it as lcmtypes/README.md says";
     case GPOM_WIRE_PROBLEM_SCAN_LENGTH:
-        return head + text("%.0f bytes are fewer or more than its counts say: is the sender's "
-                           ".lcm file another one?",
+        return head + text("%.0f bytes do not match the message's counts: does the sender "
+                           "use another .lcm file?",
                            p.value);
     case GPOM_WIRE_PROBLEM_SCAN_RANGES:
         return head + text("more ranges than intake.ranges_max = %.0f: raise that", p.limit);
@@ -162,7 +163,7 @@ std::string malformed_sentence(const Problem &p, const About &about)
     }
 }
 
-/// Scans whose time does not fit, or whose order.
+/// Sentences about scans with a bad time or in a bad order.
 std::string order_sentence(const Problem &p, const About &about)
 {
     const std::string head = about.type + " on " + about.channel + ": ";
@@ -239,7 +240,7 @@ std::string two_clocks_sentence(const Problem &p, const About &about)
                 seconds(p.other_us), clock_of(p.other_us));
 }
 
-/// Scans and the poses that they wait for.
+/// Sentences about scans and the poses that they wait for.
 std::string pose_sentence(const Problem &p, const About &about)
 {
     const char *const poses = about.config.pose.channel;
@@ -265,14 +266,14 @@ std::string pose_sentence(const Problem &p, const About &about)
     }
 }
 
-/// Poses that are refused.
+/// Sentences about refused poses.
 std::string refused_pose_sentence(const Problem &p, const About &about)
 {
     const std::string head = about.type + " on " + about.channel + ": ";
     switch (p.kind) {
     case GPOM_WIRE_PROBLEM_POSE_LENGTH:
-        return head + text("%.0f bytes, which is not its length: is the sender's .lcm file "
-                           "another one?",
+        return head + text("%.0f bytes, which is not its length: does the sender use another .lcm "
+                           "file?",
                            p.value);
     case GPOM_WIRE_PROBLEM_POSE_QUATERNION:
         return head + text("orientation has length %g instead of 1%s", p.value,
@@ -329,7 +330,7 @@ std::string drop_sentence(const Problem &p, const About &)
     return text("%.0f %s: ", p.value, drop.name) + drop.remedy;
 }
 
-/// Which function has the words for a kind of problem.
+/// Which function writes the sentence for a kind of problem.
 struct Writer {
     std::uint32_t kind;
     std::string (*write)(const Problem &problem, const About &about);

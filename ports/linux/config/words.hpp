@@ -1,4 +1,4 @@
-// Problems and drops in words of the log.
+// Problems and drops in the words of the log.
 #ifndef GPOM_LINUX_WORDS_HPP
 #define GPOM_LINUX_WORDS_HPP
 
@@ -12,20 +12,21 @@
 namespace gpomd
 {
 
-/// A counter of what is dropped.
+/// A counter of dropped data.
 struct Drop {
-    std::size_t place;  ///< GPOM_WIRE_SCANS_LOST, say.
-    const char *name;   ///< "3 lost", say.
-    std::int32_t kind;  ///< GPOM_WIRE_PROBLEM_... to be noted when it rises; -1: who counts notes.
-    const char *remedy; ///< Static storage; NULL if kind is -1.
+    std::size_t place;  ///< For example GPOM_WIRE_SCANS_LOST.
+    const char *name;   ///< Name in the log: "lost" gives "3 lost".
+    std::int32_t kind;  ///< GPOM_WIRE_PROBLEM_... to note when the counter rises. -1: the part that
+                        ///< counts notes the problem.
+    const char *remedy; ///< What to do. Static storage, NULL if kind is -1.
 };
 
-/// All of them. Fragments of messages too long for gpomd are not told: they are others', or of its
-/// own grid.
+/// All drop counters that the log reports. Fragments of messages too long for gpomd are not
+/// reported, because they belong to other programs or to gpomd's own grid.
 constexpr std::size_t kDropCount = 38;
 extern const Drop kDrops[kDropCount];
 
-/// A problem in one sentence: channel, type, value, and what to do.
+/// One sentence for a problem: channel, type, value, and what to do.
 std::string sentence(const Problem &problem, const Config &config);
 
 } // namespace gpomd

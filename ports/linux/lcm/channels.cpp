@@ -9,10 +9,11 @@ namespace gpomd
 namespace
 {
 
-/// A channel is silent after so long, and another one is not that spoke so recently.
+/// A channel without a message for this time is silent. Another channel is suggested only if it had
+/// a message within this time.
 constexpr std::int64_t kSilent_us = 4000000;
 
-/// How often it is looked.
+/// Period of the check for silent channels.
 constexpr std::int64_t kCheckPeriod_us = 500000;
 
 bool is_scan(std::uint64_t type)
@@ -32,7 +33,7 @@ void Channels::listen(const char *channel, std::size_t i_sensor, std::int64_t no
 {
     for (std::size_t i = 0; i < n_listened_; ++i) {
         if (std::strcmp(listened_[i].channel, channel) == 0) {
-            return; // sensors that share one
+            return; // sensors may share one channel
         }
     }
     listened_[n_listened_++] = {channel, i_sensor, now_us};
@@ -45,7 +46,8 @@ void Channels::init(const Config &config, Problems &problems, std::int64_t now_u
     for (std::size_t i = 0; i < config.n_sensors; ++i) {
         listen(config.sensors[i].channel, i, now_us);
     }
-    if (config.pose.channel[0] != '\0' && config.pose.hold_max_us == 0) { // else it may be silent
+    if (config.pose.channel[0] != '\0' && config.pose.hold_max_us == 0) { // with hold_max_us the
+                                                                          // channel may be silent
         listen(config.pose.channel, kSensorsMax, now_us);
     }
 }
@@ -63,7 +65,8 @@ void Channels::take(const char *channel, const std::uint8_t *bytes, std::size_t 
     if ((!is_scan(type) && !is_pose(type)) || std::strcmp(channel, config_->pose.channel) == 0) {
         return;
     }
-    Other *place = &others_[0]; // the same channel's, else the one that has been silent the longest
+    Other *place = &others_[0]; // the entry of the same channel, else the entry that has been
+                                // silent the longest
     for (Other &other : others_) {
         if (std::strcmp(other.channel, channel) == 0) {
             place = &other;
@@ -71,12 +74,13 @@ void Channels::take(const char *channel, const std::uint8_t *bytes, std::size_t 
         }
         place = other.heard_us < place->heard_us ? &other : place;
     }
-    std::memcpy(place->channel, channel, std::strlen(channel) + 1); // LCM's limit is ChannelName's
+    std::memcpy(place->channel, channel, std::strlen(channel) + 1); // LCM limits names to the size
+                                                                    // of ChannelName
     place->type = type;
     place->heard_us = now_us;
 }
 
-/// The channel that spoke last of those that carry poses, or scans; NULL: none does.
+/// The channel with the latest message among those that carry poses, or scans. NULL: there is none.
 const Channels::Other *Channels::like(bool is_poses, std::int64_t now_us) const
 {
     const Other *found = nullptr;

@@ -1,4 +1,5 @@
-// Channels that gpomd listens to, and those that it could: tells when one is silent.
+// Watches the channels that gpomd listens to and notes when one is silent. Remembers other channels
+// of scans and poses, to suggest them.
 #ifndef GPOM_LINUX_CHANNELS_HPP
 #define GPOM_LINUX_CHANNELS_HPP
 
@@ -14,10 +15,10 @@ namespace gpomd
 /// Used by one thread.
 class Channels {
 public:
-    /// `now_us`: monotonic, as everywhere here.
+    /// `now_us` is monotonic, in all functions of this class.
     void init(const Config &config, Problems &problems, std::int64_t now_us);
 
-    /// A message came, on whatever channel.
+    /// A message came, on any channel.
     void take(const char *channel, const std::uint8_t *bytes, std::size_t n_bytes,
               std::int64_t now_us);
 
@@ -25,13 +26,13 @@ public:
     void check(std::int64_t now_us);
 
 private:
-    /// A channel that gpomd listens to; i_sensor is kSensorsMax for that of poses.
+    /// A channel that gpomd listens to. i_sensor is kSensorsMax for the pose channel.
     struct Listened {
         const char *channel;
         std::size_t i_sensor;
         std::int64_t heard_us; ///< When the last message came, or gpomd began to listen.
     };
-    /// A channel of scans or poses that it does not listen to.
+    /// A channel of scans or poses that gpomd does not listen to.
     struct Other {
         ChannelName channel;
         std::uint64_t type;

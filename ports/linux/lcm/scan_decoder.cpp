@@ -12,17 +12,18 @@ namespace gpomd
 namespace
 {
 
-/// A beam's time further from its scan's is a fault of the sender.
+/// The largest difference of a beam's time from its scan's time. A larger one is a fault of the
+/// sender.
 constexpr std::int64_t kBeamTimeMax_us = 1000000;
 
-/// No scan goes round more than twice: its angles are in degrees then.
+/// No scan covers more than two turns. A larger angle is probably in degrees.
 constexpr double kTurnMax_rad = 4.0 * M_PI + 1e-3;
 
-/// Bearings and steps within what the library takes.
+/// Bearings and steps must be within the limits of the library.
 bool is_angle(double angle_rad) { return std::fabs(angle_rad) <= 100.0; }
 bool is_step(double angle_rad) { return std::fabs(angle_rad) <= 10.0; }
 
-/// Do the bearings go from one to another that a sensor may have?
+/// True if a sensor may have bearings from `from_rad` to `to_rad`.
 bool is_good_fan(double from_rad, double to_rad, Problem &problem)
 {
     problem.kind = GPOM_WIRE_PROBLEM_SCAN_ANGLES;
@@ -31,7 +32,7 @@ bool is_good_fan(double from_rad, double to_rad, Problem &problem)
     return is_angle(from_rad) && is_angle(to_rad) && std::fabs(to_rad - from_rad) <= kTurnMax_rad;
 }
 
-/// The same of bearings evenly spaced.
+/// The same check for evenly spaced bearings.
 bool is_good_fan(const ScanSlot &slot, Problem &problem)
 {
     const double n_steps = slot.n_ranges > 0 ? slot.n_ranges - 1.0 : 0.0;
@@ -39,7 +40,7 @@ bool is_good_fan(const ScanSlot &slot, Problem &problem)
     return is_good_fan(slot.angle_min_rad, to_rad, problem) && is_step(slot.angle_step_rad);
 }
 
-/// Has each beam a bearing, and a time near the scan's?
+/// True if each beam has a bearing, and a time near the scan's time.
 bool has_good_beams(const ScanSlot &slot, Problem &problem)
 {
     if (slot.n_ranges == 0) {
@@ -159,7 +160,7 @@ gpom_wire_fault_t decode_as_configured(const Config &config, const char *channel
             return decode_lidar(config, message, decoded);
         }
     }
-    return GPOM_WIRE_TYPE; // not subscribed
+    return GPOM_WIRE_TYPE; // no handler is subscribed for this type
 }
 
 bool ends_in_zeros(const Message &message)
@@ -184,7 +185,7 @@ gpom_wire_fault_t decode_scan(const Config &config, const char *channel, const M
         fault = is_good_stamp(decoded.slot->stamp_us, message.wall_us, problem) ? GPOM_WIRE_OK
                                                                                 : GPOM_WIRE_VALUE;
         break;
-    case GPOM_WIRE_VALUE: // the decoder has said which
+    case GPOM_WIRE_VALUE: // the decoder has said which value is wrong
         break;
     case GPOM_WIRE_TYPE:
         problem.kind = GPOM_WIRE_PROBLEM_SCAN_TYPE;
@@ -219,7 +220,7 @@ bool is_good_stamp(std::int64_t stamp_us, std::int64_t wall_us, Problem &problem
     const auto wall = static_cast<double>(wall_us);
     for (const double unit_us : {1e6, 1e3, 1e-3}) {
         problem.limit = unit_us;
-        if (wall > kTenYears_us && // else the clock was never set, and stamps are as small
+        if (wall > kTenYears_us && // else the clock was never set, and good stamps are as small
             std::fabs(static_cast<double>(stamp_us) * unit_us - wall) < kDay_us) {
             return false;
         }

@@ -1,4 +1,4 @@
-// Messages of scan channels, read into slots and checked.
+// Reads messages of scan channels into slots and checks them.
 #ifndef GPOM_LINUX_SCAN_DECODER_HPP
 #define GPOM_LINUX_SCAN_DECODER_HPP
 
@@ -17,23 +17,23 @@ namespace gpomd
 struct Message {
     const std::uint8_t *bytes;
     std::size_t n_bytes;
-    std::int64_t wall_us;    ///< When it came, by the clock that stamps are of.
-    std::int64_t arrived_us; ///< When it came; monotonic.
+    std::int64_t wall_us;    ///< Arrival time, by the clock that stamps are of.
+    std::int64_t arrived_us; ///< Arrival time, monotonic.
 };
 
-/// What became of a message. `slot` has room for IntakeConfig::ranges_max.
+/// Result of decode_scan(). `slot` has room for IntakeConfig::ranges_max ranges.
 struct DecodedScan {
     ScanSlot *slot;
-    std::uint32_t sequence; ///< Of gpom.scan_t; else 0.
-    Problem problem;        ///< After a fault: what is wrong.
+    std::uint32_t sequence; ///< Sequence number of gpom.scan_t. Other types: 0.
+    Problem problem;        ///< What is wrong, after a fault.
 };
 
-/// Read a message of a channel that is configured. After a fault only `problem` may be relied on.
+/// Read a message of a configured channel. After a fault only `problem` is valid.
 gpom_wire_fault_t decode_scan(const Config &config, const char *channel, const Message &message,
                               DecodedScan &scan);
 
-/// Is a stamp, of a scan or a pose, one that can be worked with? Else `problem` says why not:
-/// negative or centuries ahead, or the time of day in another unit.
+/// True if the stamp of a scan or a pose can be used. Else `problem` says why not: it is negative
+/// or centuries ahead, or it is a time of day in another unit.
 bool is_good_stamp(std::int64_t stamp_us, std::int64_t wall_us, Problem &problem);
 
 } // namespace gpomd

@@ -1,4 +1,4 @@
-// Scans on their way into the map: fixed slots, handed from thread to thread.
+// Scans on their way into the map: a fixed number of slots that threads hand to each other.
 #ifndef GPOM_LINUX_SCAN_QUEUE_HPP
 #define GPOM_LINUX_SCAN_QUEUE_HPP
 
@@ -13,34 +13,35 @@
 namespace gpomd
 {
 
-/// A scan in a slot. Arrays have room for IntakeConfig::ranges_max.
+/// A scan in a slot. Its arrays have room for IntakeConfig::ranges_max ranges.
 struct ScanSlot {
     std::int64_t stamp_us;
-    std::int64_t latest_us;  ///< Of its latest beam; types without times per beam: stamp_us.
-    std::int64_t arrived_us; ///< Monotonic.
+    std::int64_t latest_us;  ///< Stamp of the latest beam. Types without a time per beam: stamp_us.
+    std::int64_t arrived_us; ///< Arrival time, monotonic.
     std::size_t i_sensor;
-    std::uint32_t n_jumps; ///< Of the map frame before this scan.
-    gpom_pose_t pose;      ///< At stamp_us; cov is `cov` below, or NULL.
+    std::uint32_t n_jumps; ///< Number of jumps of the map frame before this scan.
+    gpom_pose_t pose;      ///< Pose at stamp_us. Its cov points to `cov` below, or is NULL.
     float cov[9];
     double angle_min_rad;
     double angle_step_rad;
     std::uint32_t n_ranges;
-    bool is_per_beam; ///< Each beam has bearing, time and pose of its own.
+    bool is_per_beam; ///< Each beam has a bearing, a time and a pose of its own.
     float *ranges_m;
-    float *bearings_rad;     ///< Per beam, in types that have them.
-    std::int64_t *stamps_us; ///< Likewise.
-    gpom_pose_t *poses;      ///< Likewise; filled when matched.
+    float *bearings_rad;     ///< Bearing of each beam, for types that have bearings.
+    std::int64_t *stamps_us; ///< Time of each beam, for types that have times.
+    gpom_pose_t *poses;      ///< Pose of each beam, for types that have times. Filled when poses
+                             ///< are matched.
 };
 
-/// A bounded first-in, first-out list of slot numbers between threads.
+/// A bounded first-in, first-out list of slot numbers. Threads share it.
 class SlotList {
 public:
     static std::size_t need(std::size_t n_max) { return Memory::need<std::uint32_t>(n_max); }
     void init(Memory &memory, std::size_t n_max);
 
-    /// There is always room for as many as there are slots.
+    /// Append a slot number. There is always room for all slots.
     void push(std::uint32_t slot);
-    /// The next slot; false if there is none, after waiting for one so long at most.
+    /// Take the next slot number. Waits for one for wait_us at most. False: none came.
     bool pop(std::uint32_t &slot, std::int64_t wait_us);
     std::size_t size();
     /// End the waiting of pop() now.
@@ -56,7 +57,7 @@ private:
     bool is_woken_ = false;
 };
 
-/// Slots: each is free, with the thread that decodes, ready, or with the thread that maps.
+/// The slots. Each slot is free, held by the decoding thread, ready, or held by the mapping thread.
 class ScanQueue {
 public:
     static std::size_t need(std::size_t n_slots, std::size_t n_ranges, bool has_per_beam);

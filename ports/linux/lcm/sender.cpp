@@ -17,8 +17,8 @@ namespace
 /// Longest wait for room before Patience is asked again.
 constexpr int kWait_ms = 20;
 
-/// Datagrams sent in one go by who has patience, and the pause after them: receivers' buffers are
-/// small.
+/// Number of datagrams sent in one go if the caller has patience, and the pause after them. The
+/// pause is needed because the buffers of receivers are small.
 constexpr std::uint32_t kBurst = 16;
 constexpr timespec kBurstPause = {0, 1000000};
 
@@ -27,7 +27,7 @@ template <class Value> bool set_option(int fd, int level, int name, const Value 
     return setsockopt(fd, level, name, &value, sizeof value) == 0;
 }
 
-/// Give the socket a port, and tell it. 0: the system has none.
+/// Bind the socket to any port and return the port. 0: the system has none.
 std::uint16_t bind_to_any_port(int fd)
 {
     sockaddr_in address = {};
@@ -60,9 +60,11 @@ const char *Sender::open(const char *url, int buffer_bytes)
     if (buffer_bytes > 0) {
         set_option(fd_, SOL_SOCKET, SO_SNDBUF, buffer_bytes);
     }
-    set_option(fd_, IPPROTO_IP, IP_RECVERR, 1); // else drops by a full queue are not told
+    set_option(fd_, IPPROTO_IP, IP_RECVERR, 1); // without this the system does not report datagrams
+                                                // dropped by a full queue
     const bool is_open = port_ != 0 && set_option(fd_, IPPROTO_IP, IP_MULTICAST_TTL, network.ttl);
-    return is_open ? nullptr : "cannot make a socket for LCM's network; are files or ports spent?";
+    return is_open ? nullptr
+                   : "cannot make a socket for LCM's network; are all files or ports in use?";
 }
 
 bool Sender::send(const char *channel, const std::uint8_t *bytes, std::size_t n_bytes,
@@ -122,7 +124,8 @@ void Sender::wait_for_room() const
 {
     pollfd room = {fd_, POLLOUT, 0};
     if (poll(&room, 1, kWait_ms) > 0 && (room.revents & POLLERR) != 0) {
-        char news = 0; // of the system about a datagram of before: nothing hangs on it
+        char news = 0; // the system may report an error of an earlier datagram here; the result is
+                       // not needed
         recv(fd_, &news, sizeof news, MSG_ERRQUEUE | MSG_DONTWAIT);
     }
 }

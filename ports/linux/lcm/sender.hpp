@@ -1,5 +1,5 @@
-// LCM messages out, by a socket that never waits by itself: liblcm waits inside its call, under one
-// lock for all threads, until a slow network has taken the whole message.
+// Sends LCM messages by a socket that never waits by itself. liblcm is not used to send, because it
+// holds one lock for all threads until a slow network has taken the whole message.
 #ifndef GPOM_LINUX_SENDER_HPP
 #define GPOM_LINUX_SENDER_HPP
 
@@ -15,31 +15,31 @@ namespace gpomd
 
 /// How long a message may wait for room in the network.
 struct Patience {
-    /// Called every 20 ms of waiting: false gives the message up. NULL: it is given up at once.
+    /// Called every 20 ms while the message waits. False gives the message up. NULL: the message is
+    /// given up at once.
     bool (*goes_on)(void *ctx);
     void *ctx;
 };
 
-/// Used by one thread. Each thread has a sender of its own, so that none waits for another.
+/// Used by one thread. Each thread has its own sender, so that no thread waits for another.
 class Sender {
 public:
-    /// Messages given up or refused by the system are counted in `counts`, which outlives the
-    /// sender; NULL: nowhere.
+    /// Messages that are given up, or refused by the system, are counted in `counts`, which must
+    /// outlive the sender. NULL: they are not counted.
     explicit Sender(Counts *counts = nullptr) : counts_(counts) {}
     ~Sender();
     Sender(const Sender &) = delete;
     Sender &operator=(const Sender &) = delete;
 
-    /// Make the socket. `buffer_bytes`: what may wait in it; 0: the system's default. NULL, or in
-    /// one sentence what is wrong and what to do; static storage.
+    /// Make the socket. `buffer_bytes`: bytes that may wait in it, 0: the system's default. Returns
+    /// NULL, or one sentence that says what is wrong and what to do, in static storage.
     const char *open(const char *url, int buffer_bytes = 0);
 
-    /// Send a message, in fragments if it does not fit a datagram. False: it did not go out, or not
-    /// all of its fragments.
+    /// Send a message, in fragments if it does not fit a datagram. False: not all of it was sent.
     bool send(const char *channel, const std::uint8_t *bytes, std::size_t n_bytes,
               const Patience &patience = {nullptr, nullptr});
 
-    /// The port that its datagrams come from.
+    /// The port that the sender's datagrams come from.
     std::uint16_t port() const { return port_; }
 
 private:

@@ -17,13 +17,13 @@ namespace gpomd
 namespace
 {
 
-/// More than UDP carries.
+/// A datagram of UDP cannot be longer.
 constexpr std::size_t kDatagramBytes = 65536;
 
-/// What is asked for the socket's buffer; the system grants net.core.rmem_max at most.
+/// Size requested for the socket's buffer. The system grants net.core.rmem_max at most.
 constexpr int kBufferBytes = 4 << 20;
 
-/// How often it is looked whether the interface is still the one that was joined.
+/// Period of the check whether the interface is still the one that was joined.
 constexpr std::int64_t kRenewPeriod_us = 1000000;
 
 struct NetworkCount {
@@ -41,8 +41,9 @@ constexpr NetworkCount kDrops[] = {
     {GPOM_WIRE_MESSAGES_TIMED_OUT, &gpom_wire_receiver_stats_t::messages_timed_out},
     {GPOM_WIRE_MESSAGES_EVICTED, &gpom_wire_receiver_stats_t::messages_evicted}};
 
-/// The longest message that is for gpomd is mbot's lidar_t, with 20 bytes a range; all that has no
-/// ranges fits 4 KiB. No sender cuts finer than for IPv4's least datagram, of 576 bytes.
+/// The longest message that gpomd reads is mbot's lidar_t, with 20 bytes a range. Messages without
+/// ranges fit 4 KiB. No sender makes fragments smaller than the smallest datagram that every IPv4
+/// host accepts, of 576 bytes.
 gpom_wire_receiver_config_t receiver_config(std::uint32_t ranges_max)
 {
     const std::uint32_t message_bytes = 4096 + 20 * ranges_max;
@@ -59,7 +60,8 @@ template <class Value> bool set_option(int fd, int level, int name, const Value 
     return setsockopt(fd, level, name, &value, sizeof value) == 0;
 }
 
-/// IP_ADD_MEMBERSHIP or IP_DROP_MEMBERSHIP; the interface is that of the route to the group.
+/// Call with IP_ADD_MEMBERSHIP or IP_DROP_MEMBERSHIP. The interface is the one of the route to the
+/// group.
 bool set_membership(int fd, int name, const in_addr &group)
 {
     return set_option(fd, IPPROTO_IP, name, ip_mreq{group, {INADDR_ANY}});
@@ -120,8 +122,8 @@ const char *Subscriber::open(const char *url)
     has_link_ = is_joined;
     n_links_ = is_joined ? 1 : 0;
     return is_joined ? nullptr
-                     : "cannot receive from LCM's network; does another program keep its port for "
-                       "itself? `ss -ulpn` lists them";
+                     : "cannot receive from LCM's network; does another program hold its port? "
+                       "`ss -ulpn` lists the programs";
 }
 
 /// A membership is one interface's, and ends unnoticed when that is removed: so join again and

@@ -1,5 +1,6 @@
-// LCM messages in, by a socket of our own: liblcm writes wherever a forged fragment says
-// (lcm-proj/lcm, pull request 628). Fragments are put together by ports/codec/receiver.h.
+// Receives LCM messages by our own socket. liblcm is not used, because a forged fragment makes it
+// write outside its buffer (lcm-proj/lcm, pull request 628). ports/codec/receiver.h reassembles the
+// fragments.
 #ifndef GPOM_LINUX_SUBSCRIBER_HPP
 #define GPOM_LINUX_SUBSCRIBER_HPP
 
@@ -17,7 +18,7 @@
 namespace gpomd
 {
 
-/// Used by one thread. What comes while that gets no processor waits in the socket's buffer.
+/// Used by one thread. Datagrams wait in the socket's buffer while this thread does not run.
 class Subscriber {
 public:
     using Receive = void (*)(void *ctx, const char *channel, const std::uint8_t *bytes,
@@ -30,30 +31,33 @@ public:
 
     static constexpr std::size_t kSubscriptionsMax = 16;
 
-    /// ranges_max: of the longest scan; its message and all others fit then.
+    /// ranges_max: ranges of the longest scan. There is room for its message and all other
+    /// messages.
     static std::size_t need(std::uint32_t ranges_max);
     void init(std::uint32_t ranges_max, Memory &memory, Counts &counts);
 
-    /// Have all messages of a channel handed to `receive`, from inside handle(). At most
-    /// kSubscriptionsMax times; `channel` stays the caller's.
+    /// Pass all messages of a channel to `receive`, from inside handle(). May be called
+    /// kSubscriptionsMax times. `channel` must stay valid.
     void subscribe(const char *channel, Receive receive, void *ctx);
 
-    /// Have every message, of whatever channel, handed to `receive` before that.
+    /// Pass every message of any channel to `receive`, before its subscribers get it.
     void hear_all(Receive receive, void *ctx) { all_ = {nullptr, receive, ctx}; }
 
-    /// Of the message that is being handed over: address << 16 | port, both as in the datagram.
+    /// Sender of the message that is being passed on: address << 16 | port, in the byte order of
+    /// the datagram.
     std::uint64_t sender() const { return sender_; }
 
-    /// Join the network. NULL, or in one sentence what is wrong and what to do; static storage.
+    /// Join the network. Returns NULL, or one sentence that says what is wrong and what to do, in
+    /// static storage.
     const char *open(const char *url);
 
-    /// Wait for a datagram; hand over the message that it completes, if it does. What is dropped
-    /// is counted.
+    /// Wait for a datagram. If it completes a message, pass the message on. Drops are counted.
     void handle(int wait_ms);
 
-    /// Did an interface carry the network when handle() last looked? Any thread.
+    /// True if an interface carried the network when handle() last checked. Any thread may call
+    /// this.
     bool has_link() const { return has_link_; }
-    /// Interfaces joined so far; any thread, after has_link().
+    /// Number of interfaces joined so far. Any thread may call this, after has_link().
     std::uint32_t n_links() const { return n_links_; }
 
 private:
@@ -75,10 +79,10 @@ private:
     std::size_t n_subscriptions_ = 0;
     Subscription all_ = {};
     std::uint64_t sender_ = 0;
-    std::uint32_t n_lost_ = 0; ///< Datagrams, as the socket counts them: modulo 2^32.
+    std::uint32_t n_lost_ = 0; ///< Datagrams lost, as the socket counts them: modulo 2^32.
     int fd_ = -1;
     in_addr group_ = {};
-    std::int64_t renewed_us_ = 0; ///< When renew_membership() was last called; monotonic.
+    std::int64_t renewed_us_ = 0; ///< Time of the last call of renew_membership(), monotonic.
     std::atomic<bool> has_link_{false};
     std::atomic<std::uint32_t> n_links_{0};
 };

@@ -16,7 +16,7 @@ double distance_m(const gpom_point_t &a, const gpom_point_t &b)
     return std::hypot(b.x_m - a.x_m, b.y_m - a.y_m);
 }
 
-/// Places along a polyline at arc length 0, step, 2 step, … and at its end.
+/// Points on a polyline at arc length 0, step, 2 step, … and at its end.
 gpom_wire_answer_status_t walk(const gpom_wire_query_t &query, Points &places, std::uint32_t &n)
 {
     const auto step_m = static_cast<double>(query.step_m);
@@ -24,7 +24,7 @@ gpom_wire_answer_status_t walk(const gpom_wire_query_t &query, Points &places, s
     if (!(step_m > 0.0 && std::isfinite(step_m))) {
         return GPOM_WIRE_ANSWER_BAD_STEP;
     }
-    double arc_m = 0.0; // up to the start of the stretch
+    double arc_m = 0.0; // arc length up to the start of the stretch
     for (std::uint32_t i = 0; i + 1 < query.n_points; ++i) {
         const gpom_point_t &from = query.points[i];
         const gpom_point_t &to = query.points[i + 1];
@@ -42,7 +42,7 @@ gpom_wire_answer_status_t walk(const gpom_wire_query_t &query, Points &places, s
         }
         arc_m += length_m;
     }
-    if (query.n_points > 0) { // the end
+    if (query.n_points > 0) { // the end of the polyline
         if (n == GPOM_WIRE_POINTS_MAX) {
             return GPOM_WIRE_ANSWER_TOO_MANY;
         }
@@ -51,7 +51,7 @@ gpom_wire_answer_status_t walk(const gpom_wire_query_t &query, Points &places, s
     return GPOM_WIRE_ANSWER_OK;
 }
 
-/// The places that a question means.
+/// The points that a query asks about.
 gpom_wire_answer_status_t places_of(const gpom_wire_query_t &query, Points &places,
                                     std::uint32_t &n)
 {
@@ -82,7 +82,7 @@ const char *QueryQueue::push(const std::uint8_t *bytes, std::size_t n_bytes, boo
     std::uint32_t i_slot = 0;
     has_slot = free.pop(i_slot, 0);
     if (!has_slot) {
-        return "32 wait already: ask less often, or more points at once";
+        return "32 queries wait already: ask less often, or ask about more points at once";
     }
     QuerySlot &slot = slots_[i_slot];
     gpom_wire_fault_t fault = gpom_wire_query_decode(&slot.query, bytes, n_bytes);
@@ -114,7 +114,7 @@ std::size_t answer(const QuerySlot &slot, const AnswerContext &context, std::uin
     }
     const gpom_status_t result =
         gpom_query_points(context.map, places, n, answers, context.scratch);
-    if (result == GPOM_ERR_REACH) { // flagged points have the prior: nothing is known there
+    if (result == GPOM_ERR_REACH) { // flagged points have the prior, because nothing is known there
         status = GPOM_WIRE_ANSWER_OUT_OF_REACH;
     }
     for (std::uint32_t i = 0; i < n; ++i) {

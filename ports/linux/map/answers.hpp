@@ -1,4 +1,4 @@
-// Questions from the bus, and what the map says.
+// Queries from the bus, and answers from the map.
 #ifndef GPOM_LINUX_ANSWERS_HPP
 #define GPOM_LINUX_ANSWERS_HPP
 
@@ -12,14 +12,14 @@
 namespace gpomd
 {
 
-/// A question in a slot.
+/// A query in a slot.
 struct QuerySlot {
     gpom_wire_query_t query;
-    bool lacks_crc; ///< And must have one: to be answered so.
+    bool lacks_crc; ///< The query must have a CRC-32 and has none. The answer says so.
     gpom_point_t points[GPOM_WIRE_POINTS_MAX];
 };
 
-/// Questions on their way to the thread that maps.
+/// Queries on their way to the mapping thread.
 class QueryQueue {
 public:
     static constexpr std::size_t kSlots = 32;
@@ -29,9 +29,9 @@ public:
     }
     void init(Memory &memory);
 
-    /// Decode a message into a slot. A query without CRC-32 is refused unless that is optional, but
-    /// has a slot all the same, to be answered so. NULL, or in words why it is refused; static
-    /// storage.
+    /// Decode a message into a slot. A query without CRC-32 is refused unless the CRC-32 is
+    /// optional. A refused query may still have a slot, because it gets an answer that says so.
+    /// Returns NULL, or one sentence that says why the query is refused, in static storage.
     const char *push(const std::uint8_t *bytes, std::size_t n_bytes, bool is_crc_optional,
                      bool &has_slot);
     QuerySlot &slot(std::uint32_t i) { return slots_[i]; }
@@ -43,7 +43,7 @@ private:
     QuerySlot *slots_ = nullptr;
 };
 
-/// What an answer says of the map it was taken from.
+/// State of the map that an answer reports.
 struct AnswerContext {
     const gpom_map_t *map;
     const gpom_scratch_t *scratch;
@@ -52,8 +52,9 @@ struct AnswerContext {
     std::int32_t frame_epoch;
 };
 
-/// Answer a question. Bytes written into `bytes`, which holds GPOM_WIRE_ANSWER_BYTES of
-/// GPOM_WIRE_POINTS_MAX points. `status` tells if it was refused.
+/// Answer a query. Returns the number of bytes written into `bytes`, which has room for
+/// GPOM_WIRE_ANSWER_BYTES of GPOM_WIRE_POINTS_MAX points. `status` says whether the query was
+/// refused.
 std::size_t answer(const QuerySlot &slot, const AnswerContext &context, std::uint8_t *bytes,
                    gpom_wire_answer_status_t &status);
 

@@ -14,17 +14,20 @@ namespace gpomd
 namespace
 {
 
-/// Poses nearer in time tell little of odometry's errors beside their own.
+/// Poses nearer in time say little about the odometry's errors, because the poses have errors, too.
 constexpr std::int64_t kLearn_us = 1000000;
 
-/// Smaller latencies are not worth a word: a sensor's turn, or half of it, may be meant.
+/// Smaller latencies are not reported: a sender may stamp the begin, the middle or the end of a
+/// sensor's turn.
 constexpr double kLatencyTold_s = 0.04;
 
-/// Poses come if the newest is so young, and are of another clock if a scan is so far from them.
+/// Poses are coming if the newest pose arrived within kPosesCome_us. They are of another clock than
+/// a scan if their stamps differ by more than kTwoClocks_us.
 constexpr std::int64_t kPosesCome_us = 2000000;
 constexpr std::int64_t kTwoClocks_us = 10000000;
 
-/// No sensor scans more often; and so many numbers may be missing at once.
+/// No sensor scans more often than once in kScanPeriodMin_us. kLostMax sequence numbers may be
+/// missing at any time.
 constexpr std::int64_t kScanPeriodMin_us = 100;
 constexpr std::int64_t kLostMax = 1000;
 
@@ -40,13 +43,13 @@ std::size_t place_of(gpom_wire_fault_t fault)
     }
 }
 
-/// Yaw of a unit quaternion w, x, y, z: where the body's x axis points in the plane.
+/// Yaw of a unit quaternion w, x, y, z: the direction of the body's x axis in the plane.
 double yaw_of(const double (&q)[4])
 {
     return std::atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]));
 }
 
-/// Rounded, but of unit length; false for numbers that are not finite.
+/// True if a quaternion has unit length up to rounding. False for numbers that are not finite.
 bool is_rotation(const double (&q)[4])
 {
     const double norm2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
@@ -75,7 +78,7 @@ void Intake::init(const Config &config, Memory &memory, ScanQueue &queue, Counts
     }
     waiting_ = memory.take<std::uint32_t>(config.intake.queue_scans + 1);
     if (!queue_->free.pop(spare_, 0)) {
-        std::abort(); // a queue has two slots at least
+        std::abort(); // an error of this program: a queue has at least two slots
     }
 }
 
@@ -142,8 +145,9 @@ bool Intake::admit(const ScanSlot &slot, std::uint32_t sequence, std::int64_t wa
     return true;
 }
 
-/// How far a sequence number is ahead of the newest seen. What is missing between is lost, unless
-/// no sensor sends so many in that time: then the sender began to count anew.
+/// By how much a sequence number is ahead of the newest number seen. The numbers in between are
+/// counted as lost, unless no sensor could send so many scans in that time. In that case the sender
+/// has restarted its numbers.
 std::int32_t Intake::note_sequence(Track &track, const ScanSlot &slot, std::uint32_t sequence)
 {
     const auto ahead = static_cast<std::int32_t>(sequence - track.sequence);
@@ -164,9 +168,9 @@ std::int32_t Intake::note_sequence(Track &track, const ScanSlot &slot, std::uint
     return is_loss ? ahead : 1;
 }
 
-/// Is a scan later than the last one of its sensor? One that was ahead of the clock does not count:
-/// it would keep all others out until its time has come. A lower number with a later stamp is a
-/// sender that was started again.
+/// True if a scan comes after the last scan of its sensor. Scans that were ahead of the clock are
+/// not compared, because such a scan would keep all others out until its time has come. A lower
+/// number with a later stamp means that the sender was restarted.
 bool Intake::is_next(Track &track, const ScanSlot &slot, std::int32_t ahead, std::uint32_t sequence)
 {
     if (ahead == 0 || slot.stamp_us == track.stamp_us) {
@@ -183,7 +187,7 @@ bool Intake::is_next(Track &track, const ScanSlot &slot, std::int32_t ahead, std
     return true;
 }
 
-/// Something is wrong with a scan.
+/// Note a problem of a scan.
 void Intake::note(std::uint32_t kind, const ScanSlot &slot, std::int64_t other_us, double value,
                   double limit)
 {
@@ -196,8 +200,8 @@ void Intake::note(std::uint32_t kind, const ScanSlot &slot, std::int64_t other_u
     problems_->note(problem);
 }
 
-/// A scan behind the newest: the last of so many in a row, in order, that the sender's clock must
-/// have been set back?
+/// Count scans in a row that are before the newest scan, each newer than the one before. True: so
+/// many came that the sender's clock must have been set back.
 bool Intake::is_set_back(Track &track, std::int64_t stamp_us)
 {
     track.n_behind =
@@ -206,7 +210,7 @@ bool Intake::is_set_back(Track &track, std::int64_t stamp_us)
     return track.n_behind >= PoseRing::kSetBack;
 }
 
-/// The scan in the spare slot goes its way, if there is another slot for the next one.
+/// Keep the scan in the spare slot, if there is another slot for the next scan.
 void Intake::keep_spare()
 {
     const std::uint32_t i_slot = spare_;
@@ -232,7 +236,8 @@ void Intake::hand_over(std::uint32_t i_slot)
     queue_->ready.push(i_slot);
 }
 
-/// Scans that are constantly late against the poses turn the map, which nothing else tells.
+/// Estimate the latency of scans against poses. A constant latency turns the map, and no other
+/// check finds it.
 void Intake::learn_latency(const ScanSlot &slot)
 {
     Latency &latency = latencies_[slot.i_sensor];
@@ -248,8 +253,8 @@ void Intake::learn_latency(const ScanSlot &slot)
     }
 }
 
-/// How a pose continues the others of the map frame, whatever channel they are of. Once the frame
-/// has jumped, poses of the one before are none any more.
+/// Compare a pose with the last good pose of the map frame, of any channel. When the frame jumps,
+/// the poses of the frame before are forgotten.
 Continuity Intake::follow(const StampedPose &pose)
 {
     if (config_->jump.rule == JumpRule::none) {
@@ -266,14 +271,15 @@ Continuity Intake::follow(const StampedPose &pose)
     return continuity;
 }
 
-/// Of a scan that carries its pose. One that is not finite is the library's to refuse.
+/// True if a scan carries a stray pose. A pose that is not finite is refused later by the library.
 bool Intake::is_stray(const ScanSlot &slot)
 {
     const StampedPose pose = {slot.stamp_us, slot.pose.x_m, slot.pose.y_m, slot.pose.yaw_rad};
     return PoseRing::is_finite(pose) && follow(pose) == Continuity::strays;
 }
 
-/// A pose out of the robot's reach; of a sensor's scan, or of the pose channel.
+/// Note a pose that the robot cannot have reached. It is of a sensor's scan, or of the pose
+/// channel.
 void Intake::note_wild(std::size_t i_sensor, const StampedPose &pose)
 {
     const StampedPose &last = frame_.last();
@@ -284,7 +290,7 @@ void Intake::note_wild(std::size_t i_sensor, const StampedPose &pose)
     problems_->note(problem);
 }
 
-/// False: it is none; `problem` says why.
+/// Decode a pose. False: the message is bad, and `problem` says why.
 bool Intake::read_pose(const Message &message, StampedPose &pose, Problem &problem) const
 {
     gpom_wire_fault_t fault = GPOM_WIRE_OK;
@@ -311,7 +317,8 @@ bool Intake::read_pose(const Message &message, StampedPose &pose, Problem &probl
     return fault == GPOM_WIRE_OK && is_good_stamp(pose.stamp_us, message.wall_us, problem);
 }
 
-/// Put a pose behind the others. False: it does not come after them, or from the future.
+/// Add a pose to the ring. False: the pose is from the future, not finite, or not newer than the
+/// newest pose.
 bool Intake::is_order_kept(const StampedPose &pose, const Message &message, Problem &problem)
 {
     StampedPose newest = {};
@@ -353,19 +360,20 @@ void Intake::take_pose(const Message &message)
         poses_.drop_newest();
         return;
     case Continuity::jumps:
-        poses_.push(pose, message.wall_us); // the first of its frame
+        poses_.push(pose, message.wall_us); // the first pose of its frame
         break;
     }
     match_waiting();
 }
 
-/// The newest pose tells how good the odometry was since one a while before.
+/// Compare the odometry since an earlier pose with the newest pose.
 void Intake::learn_odometry()
 {
     StampedPose from = {}, to = {};
     if (odometry_ != nullptr && poses_.not_after(INT64_MAX, to) &&
         poses_.not_after(to.stamp_us - kLearn_us, from)) {
-        odometry_->learn(from, to, config_->pose.cov); // if it has not come yet: the next time
+        odometry_->learn(from, to, config_->pose.cov); // false: odometry has not come yet; the next
+                                                       // call tries again
     }
 }
 
@@ -382,7 +390,8 @@ void Intake::match_waiting()
     n_waiting_ = n_left;
 }
 
-/// True: the scan is on its way or dropped; false: it goes on waiting.
+/// Act on the result of match(). True: the scan went on to the map or was dropped. False: it goes
+/// on waiting.
 bool Intake::settle(std::uint32_t i_slot, PoseMatch match)
 {
     switch (match) {
@@ -410,8 +419,8 @@ bool Intake::settle(std::uint32_t i_slot, PoseMatch match)
     return false;
 }
 
-/// The pose at a time and its covariance: carried on by odometry from the pose before, else
-/// interpolated between two. Odometry that has not come yet is waited for.
+/// The pose at a time and its covariance. It is carried on by odometry from the pose before, or
+/// else interpolated between two poses. Waits for odometry that has not come yet.
 PoseMatch Intake::pose_at(std::int64_t stamp_us, StampedPose &pose, float *cov) const
 {
     const PoseConfig &config = config_->pose;
@@ -432,11 +441,11 @@ PoseMatch Intake::pose_at(std::int64_t stamp_us, StampedPose &pose, float *cov) 
     return match == PoseMatch::gap ? carried : match;
 }
 
-/// A scan is looked at whenever something comes; while its latest beam waits, all of it does.
+/// Find the poses of a scan. If the pose of its latest beam has not come yet, the whole scan waits.
 PoseMatch Intake::match(ScanSlot &slot) const
 {
     StampedPose pose = {};
-    float beam_cov[9]; // beams share the scan's
+    float beam_cov[9]; // all beams share the covariance of the scan
     if (slot.is_per_beam && pose_at(slot.latest_us, pose, beam_cov) == PoseMatch::not_yet) {
         return PoseMatch::not_yet;
     }
@@ -452,7 +461,7 @@ PoseMatch Intake::match(ScanSlot &slot) const
     return found;
 }
 
-/// Give a scan the last pose before it, if that may be held so long.
+/// Give a scan the last pose before it, if that pose may be held for so long.
 bool Intake::hold(ScanSlot &slot) const
 {
     StampedPose last = {};
@@ -469,8 +478,8 @@ bool Intake::hold(ScanSlot &slot) const
     return true;
 }
 
-/// A scan gets no pose. If poses come all the same and their time is quite another one, both have
-/// clocks of their own.
+/// Note that a scan gets no pose. If poses do come, but with quite different stamps, note that
+/// their clock is another one.
 void Intake::note_unmatched(std::uint32_t kind, const ScanSlot &slot)
 {
     StampedPose newest = {};

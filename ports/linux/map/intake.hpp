@@ -1,4 +1,5 @@
-// From messages to scans with poses: decodes, checks, matches with poses, counts what it drops.
+// Turns messages into scans with poses: decodes and checks them, finds their poses, counts what it
+// drops.
 #ifndef GPOM_LINUX_INTAKE_HPP
 #define GPOM_LINUX_INTAKE_HPP
 
@@ -18,35 +19,37 @@
 namespace gpomd
 {
 
-/// Used by one thread. Every message of a scan ends in `ScanQueue::ready` or in one counter.
+/// Used by one thread. Every scan message ends in `ScanQueue::ready` or in exactly one drop
+/// counter.
 class Intake {
 public:
     static std::size_t need(const Config &config);
     void init(const Config &config, Memory &memory, ScanQueue &queue, Counts &counts,
               Problems &problems);
 
-    /// A message on a scan channel; its order among the others decides what the map becomes.
+    /// Take a message of a scan channel. The order of these calls decides what the map becomes.
     void take_scan(const char *channel, const Message &message);
-    /// A message on the pose channel.
+    /// Take a message of the pose channel.
     void take_pose(const Message &message);
-    /// Carry poses on by odometry from now on.
+    /// From now on, carry poses on by odometry.
     void use_odometry(Odometry &odometry) { odometry_ = &odometry; }
-    /// Look for poses of waiting scans again: odometry may have come.
+    /// Look again for the poses of waiting scans, because new odometry may have come.
     void match_waiting();
-    /// Give up scans that have waited too long for a pose.
+    /// Drop scans that have waited too long for a pose.
     void expire(std::int64_t monotonic_us);
 
 private:
-    /// What is known of a sensor's stream.
+    /// State of one sensor's stream of scans.
     struct Track {
         bool has_scan;
         bool has_sequence;
-        std::int64_t stamp_us;   ///< Of the last scan admitted.
-        std::int64_t order_us;   ///< Of the last one admitted that was not ahead of the clock.
-        std::uint32_t sequence;  ///< The newest seen.
-        std::int64_t arrived_us; ///< When that came; monotonic.
-        std::int64_t behind_us;  ///< Stamp of the last scan behind stamp_us.
-        std::uint32_t n_behind;  ///< So many in a row, each newer than the one before.
+        std::int64_t stamp_us;   ///< Stamp of the last scan accepted.
+        std::int64_t order_us;   ///< Stamp of the last scan accepted that was not ahead of the
+                                 ///< clock.
+        std::uint32_t sequence;  ///< The newest sequence number seen.
+        std::int64_t arrived_us; ///< Arrival time of the scan with that number, monotonic.
+        std::int64_t behind_us;  ///< Stamp of the last scan whose stamp was before order_us.
+        std::uint32_t n_behind;  ///< Number of such scans in a row, each newer than the one before.
     };
 
     void note(std::uint32_t kind, const ScanSlot &slot, std::int64_t other_us, double value = 0.0,
@@ -76,14 +79,14 @@ private:
     Counts *counts_ = nullptr;
     Problems *problems_ = nullptr;
     Track tracks_[kSensorsMax] = {};
-    Latency *latencies_ = nullptr; ///< Of each sensor.
+    Latency *latencies_ = nullptr; ///< One per sensor.
     PoseRing poses_;
-    std::int64_t pose_arrived_us_ = 0; ///< When the newest pose came; monotonic.
+    std::int64_t pose_arrived_us_ = 0; ///< Arrival time of the newest pose, monotonic.
     FrameJump frame_;
-    std::uint32_t n_jumps_ = 0;        ///< Of the map frame.
-    Odometry *odometry_ = nullptr;     ///< None: poses are interpolated alone.
+    std::uint32_t n_jumps_ = 0;        ///< Number of jumps of the map frame so far.
+    Odometry *odometry_ = nullptr;     ///< NULL: poses are only interpolated.
     std::uint32_t spare_ = 0;          ///< The slot that the next scan is decoded into.
-    std::uint32_t *waiting_ = nullptr; ///< Slots without pose, in order of arrival.
+    std::uint32_t *waiting_ = nullptr; ///< Slots of scans without a pose, in order of arrival.
     std::size_t n_waiting_ = 0;
 };
 

@@ -13,38 +13,38 @@ namespace
 constexpr std::int64_t kLagStep_us = 20000;
 constexpr std::int64_t kLagMax_us = 1000000;
 
-/// Nothing is interpolated over a longer gap of poses.
+/// Yaw is not interpolated over a longer gap between poses.
 constexpr std::int64_t kPoseGap_us = 500000;
 
-/// Scans nearer in time turn too little, and farther ones see something else.
+/// Two scans nearer in time turn too little. Two scans further apart see different things.
 constexpr std::int64_t kPairMin_us = 45000;
 constexpr std::int64_t kPairMax_us = 500000;
 
 constexpr double kBin_rad = 2.0 * M_PI / Panorama::kBins;
 
-/// Most that a sensor turns between two scans, in bins.
+/// Largest turn of a sensor between two scans, in bins.
 constexpr int kShiftMax = 40;
 
-/// Bins that two scans must have in common.
+/// Two scans must have this many bins in common.
 constexpr int kCommonMin = 60;
 
-/// Larger differences are of something that is seen once only.
+/// Larger differences are limited to this value. They come from things that only one scan sees.
 constexpr double kDifferenceMax_m = 0.5;
 
-/// Neighbouring beams that see one surface, so that what is between them is known.
+/// Two beams this near see one surface, so that ranges between them can be interpolated.
 constexpr double kNeighbours_rad = 0.13;
 constexpr float kSurface_m = 0.5f;
 
-/// A pair's difference of turns counts no more than this [rad].
+/// The difference of a pair's two turns is limited to this value [rad].
 constexpr double kTurnOffMax_rad = 0.1;
 
-/// A pair counts so much of the one after it; pairs after which the estimate is believed, and the
-/// standard deviation that it must have [s].
+/// kMemory: weight of a pair after each newer pair. kPairsMin: number of pairs before the estimate
+/// is believed. kSure_s: standard deviation that the estimate must have [s].
 constexpr double kMemory = 0.998;
 constexpr double kPairsMin = 40.0;
 constexpr double kSure_s = 0.01;
 
-/// A turn that the poses do not have at any lag tells nothing.
+/// The poses must turn at least this far at some lag, or the pair says nothing.
 constexpr double kTurnMin_rad = 0.01;
 
 double seconds(std::int64_t time_us) { return 1e-6 * static_cast<double>(time_us); }
@@ -55,7 +55,8 @@ int wrapped(int bin)
     return rest < 0 ? rest + Panorama::kBins : rest;
 }
 
-/// Where a minimum of three values a step apart is, from the middle one, in steps.
+/// Position of the minimum of a parabola through three values one step apart, in steps from the
+/// middle one.
 double vertex(double before, double middle, double after)
 {
     const double bend = before - 2.0 * middle + after;
@@ -132,7 +133,7 @@ void Panorama::take(const ScanSlot &slot, const gpom_sensor_t &sensor)
     }
 }
 
-/// Mean square of the differences, each at most kDifferenceMax_m; infinite: too few in common.
+/// Mean square of the differences, each at most kDifferenceMax_m. Infinite: too few bins in common.
 double Panorama::difference(const Panorama &next, int shift) const
 {
     double sum_m2 = 0.0;
@@ -160,11 +161,11 @@ bool Panorama::turn_to(const Panorama &next, double &turn_rad) const
     const double mean = sum / (2 * kShiftMax + 1);
     const bool is_inside = best > 0 && best < 2 * kShiftMax;
     if (!is_inside || !(by_shift[best] < 0.5 * mean) || !std::isfinite(mean)) {
-        return false; // round walls look alike however the sensor turns
+        return false; // round walls look the same at each turn of the sensor
     }
     const double shift =
         best - kShiftMax + vertex(by_shift[best - 1], by_shift[best], by_shift[best + 1]);
-    turn_rad = -shift * kBin_rad; // what is seen turns the other way round
+    turn_rad = -shift * kBin_rad; // the view turns in the direction opposite to the sensor
     return true;
 }
 
@@ -194,7 +195,7 @@ void Latency::take_scan(const ScanSlot &slot)
     settle_pairs();
 }
 
-/// Pairs are compared once there are poses for all lags.
+/// Compare the pairs for which there are poses at all lags.
 void Latency::settle_pairs()
 {
     std::size_t n_settled = 0;
@@ -232,8 +233,8 @@ void Latency::compare(const Pair &pair)
     }
 }
 
-/// The lag of least squares. Its variance is that of the differences over half of the bend of the
-/// sum, as of any estimate by least squares.
+/// Take the lag with the least sum of squares. Its variance is the variance of the differences over
+/// half of the second derivative of the sum, as for any least-squares estimate.
 bool Latency::find(double &latency_s) const
 {
     const auto best = static_cast<int>(std::min_element(squares_, squares_ + kLags) - squares_);

@@ -1,4 +1,5 @@
-// How late the stamps of scans are against those of poses, told by how the robot turns in both.
+// Estimates how late the stamps of scans are against those of poses: compares how the robot turns
+// in both.
 #ifndef GPOM_LINUX_LATENCY_HPP
 #define GPOM_LINUX_LATENCY_HPP
 
@@ -16,10 +17,11 @@ namespace gpomd
 class YawTrack {
 public:
     void clear() { n_ = 0; }
-    /// A pose that is not later than the last one, or long after it, begins a new track.
+    /// Add a pose. A pose that is not later than the last one, or long after it, begins a new
+    /// track.
     void push(std::int64_t stamp_us, double yaw_rad);
     bool has_reached(std::int64_t stamp_us) const;
-    /// Interpolated; false: outside of the track.
+    /// Interpolated yaw. False: the time is outside the track.
     bool at(std::int64_t stamp_us, double &yaw_rad) const;
 
 private:
@@ -34,23 +36,25 @@ private:
     std::size_t first_ = 0, n_ = 0;
 };
 
-/// Ranges by bearing, half a degree a bin; NaN where nothing is known.
+/// Ranges by bearing, in bins of half a degree. NaN: not known.
 struct Panorama {
     static constexpr int kBins = 720;
 
     float range_m[kBins];
 
     void take(const ScanSlot &slot, const gpom_sensor_t &sensor);
-    /// How far the sensor turned from here to the next scan, counter-clockwise; false: not clear.
+    /// How far the sensor turned from this scan to the next one, counter-clockwise. False: not
+    /// clear.
     bool turn_to(const Panorama &next, double &turn_rad) const;
 
 private:
     double difference(const Panorama &next, int shift) const;
 };
 
-/// Of one sensor; may begin as zeros. Used by one thread. A turn between two scans is found by
-/// shifting one over the other; the latency is the one at which the poses turn alike. Cost: 60,000
-/// operations a scan, of 20 scans a second at most.
+/// The estimate for one sensor. All bytes 0 is a valid start value. Used by one thread. The turn
+/// between two scans is found by shifting one scan over the other. The latency is the lag at which
+/// the poses turn in the same way.
+/// Cost: 60,000 operations a scan, for at most 20 scans a second.
 class Latency {
 public:
     void init(const gpom_sensor_t &sensor) { sensor_ = &sensor; }
@@ -60,8 +64,8 @@ public:
     /// The frame of the poses jumped.
     void begin_frame();
 
-    /// How late the scans' stamps are [s], negative: early. False: not known to 10 ms, since the
-    /// robot did not turn enough so far, or sees too little.
+    /// Get how late the stamps of the scans are [s]. Negative: early. False: not yet known to 10
+    /// ms, because the robot did not turn enough or sees too little.
     bool find(double &latency_s) const;
 
 private:
@@ -81,11 +85,11 @@ private:
     Panorama panoramas_[2] = {};
     int i_newest_ = 0;
     bool has_panorama_ = false;
-    std::int64_t stamp_us_ = 0;  ///< Of the newest panorama.
-    Pair pairs_[kPairsMax] = {}; ///< That wait for the poses after them, in their order.
+    std::int64_t stamp_us_ = 0;  ///< Stamp of the newest panorama.
+    Pair pairs_[kPairsMax] = {}; ///< Pairs that wait for later poses, in order.
     std::size_t n_pairs_ = 0;
-    double squares_[kLags] = {}; ///< Sums of squared differences of turns [rad2], by lag.
-    double n_compared_ = 0.0;    ///< Pairs in them; older ones count less.
+    double squares_[kLags] = {}; ///< Sum of squared differences of turns [rad2], for each lag.
+    double n_compared_ = 0.0;    ///< Number of pairs in `squares_`. Older pairs count less.
 };
 
 } // namespace gpomd

@@ -12,7 +12,7 @@ namespace gpomd
 namespace
 {
 
-/// Longest sleep when there is nothing to do.
+/// Longest sleep when there is no work.
 constexpr std::int64_t kSleep_us = 100000;
 
 std::size_t scratch_need(const Config &config)
@@ -28,21 +28,22 @@ gpom_jump_t rule_of(JumpRule rule)
         return GPOM_JUMP_FORGET;
     case JumpRule::clear:
         return GPOM_JUMP_CLEAR;
-    case JumpRule::none: // and so no jumps
+    case JumpRule::none: // without jumps any rule will do
     case JumpRule::keep:
         break;
     }
     return GPOM_JUMP_KEEP;
 }
 
-/// Readings that say nothing of what is around: of a covered sensor all are such.
+/// Number of readings that give no information about the surroundings. All readings of a covered
+/// sensor are of this kind.
 std::uint64_t unusable(const gpom_stats_t &stats)
 {
     return stats.beams_nan + stats.beams_not_positive + stats.beams_too_near + stats.beams_masked;
 }
 
-/// Of the newest scan in a map, whose stamps may be those of any program: brought to what gpomd
-/// would have let in.
+/// Stamp of the newest scan in a map. A snapshot may hold stamps of any program, so they are
+/// clamped to the range that gpomd accepts.
 std::int64_t newest_stamp_us(const gpom_lowres_info_t &info)
 {
     const std::int64_t stamp0_us = std::clamp(info.stamp0_us, -kStampMax_us, kStampMax_us);
@@ -75,7 +76,7 @@ const char *MapThread::init(const Config &config, Memory &memory, const MapLinks
 
 void MapThread::run(const std::atomic<bool> &stop)
 {
-    bool is_done = false; // nothing is left to step
+    bool is_done = false; // no work is left for step()
     while (!stop.load(std::memory_order_relaxed)) {
         pulse_.fetch_add(1, std::memory_order_relaxed);
         std::uint32_t i_slot = 0;
@@ -87,7 +88,7 @@ void MapThread::run(const std::atomic<bool> &stop)
             links_.scans->free.push(i_slot);
             is_done = !step();
         } else if (!is_done) {
-            is_done = !step(); // idle: more of the same
+            is_done = !step(); // there are no scans: do another slice
         }
         if (links_.queries->ready.pop(i_slot, 0)) {
             answer_one(i_slot);
@@ -117,8 +118,8 @@ bool MapThread::restore(gpom_snapshot_report_t &report)
     return true;
 }
 
-/// A slice of the work that scans leave behind; the least that keeps all of it going while many
-/// scans wait. False: none was left.
+/// Do one slice of the work that scans leave behind. While many scans wait, the slice is the
+/// smallest that keeps all of the work moving. False: no work was left.
 bool MapThread::step()
 {
     const gpom_params_t &params = config_->map.params;
@@ -130,8 +131,8 @@ bool MapThread::step()
     return status == GPOM_OK && n_used > 0;
 }
 
-/// The scan is the first of another map frame: by rule, what was mapped is kept or forgotten. Until
-/// a scan has been inserted nobody is told where the robot is in it.
+/// Start a new map frame with its first scan. The rule says whether the map is kept or forgotten.
+/// The pose of the robot is unknown to others until a scan has been inserted.
 void MapThread::begin_frame(const ScanSlot &slot, gpom_jump_t rule)
 {
     const double forget_m = config_->jump.forget_m;
@@ -153,16 +154,18 @@ void MapThread::begin_frame(const ScanSlot &slot, gpom_jump_t rule)
     {
         const std::uint32_t epoch = frame_epoch();
         const std::lock_guard<std::mutex> lock(mutex_);
-        state_.frame_epoch = epoch; // if that scan cannot be inserted, there is only no pose in it
+        state_.frame_epoch = epoch; // if this scan cannot be inserted, the state only has no pose
     }
     if (status == GPOM_OK) {
-        links_.counts->add(GPOM_WIRE_FRAME_JUMPS); // last: who sees it counted finds the places
+        links_.counts->add(GPOM_WIRE_FRAME_JUMPS); // counted last: a thread that sees the count
+                                                   // finds the places
     }
 }
 
-/// What becomes of the map when the frame jumps to a pose: as configured, but where the origin
-/// follows the robot a map out of the pose's reach would only keep every scan out. False: that is
-/// what a fixed origin does, or no map has such a place.
+/// Choose what happens to the map when the frame jumps to a pose: the configured rule if the pose
+/// is within reach of the map's origin. Otherwise, if the origin follows the robot, the map is
+/// cleared, because the old origin would keep every scan out. False: the pose is out of reach of a
+/// fixed origin, or of any map.
 bool MapThread::can_begin_frame(const gpom_pose_t &pose, gpom_jump_t &rule) const
 {
     gpom_point_t origin = {};
@@ -220,13 +223,13 @@ void MapThread::note_refused(const ScanSlot &slot, gpom_status_t status)
                             ? std::hypot(slot.pose.x_m - origin.x_m, slot.pose.y_m - origin.y_m)
                             : 0.0;
     }
-    // the fields of the scan were checked on arrival: it is the pose
+    // the other fields were checked on arrival: the pose must be bad
     links_.counts->add(status == GPOM_ERR_REACH ? GPOM_WIRE_SCANS_OUT_OF_REACH
                                                 : GPOM_WIRE_SCANS_BAD_POSE);
     links_.problems->note(problem);
 }
 
-/// No reading of a scan says anything: why most of them do not.
+/// Note that no reading of a scan is usable, with the most frequent cause.
 void MapThread::note_unusable(const ScanSlot &slot, const gpom_stats_t &before,
                               const gpom_stats_t &after)
 {
@@ -254,7 +257,7 @@ void MapThread::note_unusable(const ScanSlot &slot, const gpom_stats_t &before,
     links_.problems->note(problem);
 }
 
-/// Of the map as it is now: no other thread changes it.
+/// Frame epoch of the map now. No other thread changes it.
 std::uint32_t MapThread::frame_epoch() const
 {
     gpom_lowres_info_t info = {};
@@ -267,7 +270,7 @@ gpom_stats_t MapThread::stats() const
     return gpom_map_stats(map_, &stats) == GPOM_OK ? stats : gpom_stats_t{};
 }
 
-/// Only a fresh scan, one with a usable reading, keeps the map from going stale.
+/// Record an inserted scan. Only a fresh scan, one with a usable reading, prevents the state STALE.
 void MapThread::note_inserted(const ScanSlot &slot, bool is_fresh)
 {
     const gpom_stats_t counted = stats();
@@ -284,7 +287,8 @@ void MapThread::note_inserted(const ScanSlot &slot, bool is_fresh)
     state_.lag_us_max = std::max(state_.lag_us_max, state_.lag_us);
     state_.n_beams = gpom_map_beam_count(map_);
     state_.stats = counted;
-    links_.counts->add(GPOM_WIRE_SCANS_INSERTED); // last: who sees it counted finds it in the state
+    links_.counts->add(GPOM_WIRE_SCANS_INSERTED); // counted last: a thread that sees the count
+                                                  // finds the scan in the state
 }
 
 MapState MapThread::state(bool reset_lag_max)

@@ -1,4 +1,4 @@
-// The one thread that owns the map: inserts scans, steps, answers.
+// The only thread that changes the map: inserts scans, steps the map, answers queries.
 #ifndef GPOM_LINUX_MAPPING_HPP
 #define GPOM_LINUX_MAPPING_HPP
 
@@ -18,23 +18,26 @@
 namespace gpomd
 {
 
-/// How far the map is; a copy for other threads.
+/// A summary of the map, copied for other threads.
 struct MapState {
     bool has_map;              ///< A scan was inserted, or a snapshot restored.
     std::int64_t stamp_us;     ///< Of the newest scan inserted.
-    std::int64_t fresh_us;     ///< When the last scan with a usable reading was; monotonic, or 0.
-    double pose[3];            ///< Robot at stamp_us, map frame [m, m, rad]; NaN: not known.
-    std::uint32_t frame_epoch; ///< That `pose` is in, as in gpom_lowres_info_t.
-    std::int64_t lag_us;       ///< From stamp_us to its insertion.
-    std::int64_t lag_us_max;   ///< Worst since MapThread::state() was last asked to reset it.
+    std::int64_t fresh_us;     ///< Time of the last scan with a usable reading. Monotonic, 0: none
+                               ///< so far.
+    double pose[3];            ///< Robot at stamp_us, in the map frame [m, m, rad]. NaN: not known.
+    std::uint32_t frame_epoch; ///< Frame epoch of `pose`, as in gpom_lowres_info_t.
+    std::int64_t lag_us;       ///< Time from stamp_us to the insertion of the scan.
+    std::int64_t lag_us_max;   ///< Largest lag_us since MapThread::state() was last asked to reset
+                               ///< it.
     std::uint32_t n_beams;
     gpom_stats_t stats;
-    double jump_from[3], jump_to[3]; ///< At the last jump: robot before, NaN: not known, and after.
+    double jump_from[3], jump_to[3]; ///< Robot before and after the last jump. NaN before: not
+                                     ///< known.
 };
 
-/// What the thread works on; all of it outlives the thread.
+/// The parts that the thread works with. All of them outlive the thread.
 struct MapLinks {
-    Sender *sender; ///< Of this thread alone.
+    Sender *sender; ///< Used by this thread only.
     ScanQueue *scans;
     QueryQueue *queries;
     Snapshots *snapshots;
@@ -45,19 +48,20 @@ struct MapLinks {
 class MapThread {
 public:
     static std::size_t need(const Config &config);
-    /// NULL, or why the library refuses the configuration; static storage.
+    /// NULL, or one sentence that says why the library refuses the configuration, in static
+    /// storage.
     const char *init(const Config &config, Memory &memory, const MapLinks &links);
 
     /// Read the newest snapshot, before the thread runs. False: there is none.
     bool restore(gpom_snapshot_report_t &report);
 
-    /// Work until `stop`; then insert what is still queued, and take a last snapshot.
+    /// Work until `stop`. Then insert the scans that are still queued, and take a last snapshot.
     void run(const std::atomic<bool> &stop);
 
     MapState state(bool reset_lag_max = false);
-    /// For the calls of the library that any thread may make.
+    /// For those library functions that any thread may call.
     const gpom_map_t *map() const { return map_; }
-    /// Grows as long as the thread lives.
+    /// Increases as long as the thread runs.
     std::uint64_t pulse() const { return pulse_.load(std::memory_order_relaxed); }
 
 private:
@@ -76,9 +80,9 @@ private:
     MapLinks links_ = {};
     gpom_map_t *map_ = nullptr;
     gpom_scratch_t scratch_ = {};
-    std::uint32_t n_jumps_ = 0; ///< Before the frame that the map is in, ScanSlot::n_jumps.
+    std::uint32_t n_jumps_ = 0; ///< ScanSlot::n_jumps of the frame that the map is in.
     std::mutex mutex_;
-    MapState state_ = {}; ///< Guarded by mutex_; written by this thread alone.
+    MapState state_ = {}; ///< Guarded by mutex_. Only this thread writes it.
     std::atomic<std::uint64_t> pulse_{0};
 };
 

@@ -16,10 +16,10 @@ constexpr std::uint32_t kBlock = GPOM_SNAPSHOT_BLOCK_BYTES;
 /// Blocks taken in one turn of the mapping thread: 416 beams.
 constexpr std::uint32_t kTurnBlocks = 32;
 
-/// Least sleep while a snapshot is due and the disk is not done with the one before.
+/// Shortest sleep while a snapshot is due and the disk still writes the one before.
 constexpr std::int64_t kRetry_us = 1000;
 
-/// Blocks in one call where nobody waits.
+/// Blocks taken in one call when no other work waits.
 constexpr std::uint32_t kManyBlocks = 1u << 16;
 
 } // namespace
@@ -49,7 +49,7 @@ void Snapshots::init(const Config &config, Memory &memory, const gpom_snapshot_i
         image_[slot] = memory.take<std::uint8_t>(slot_bytes_);
         for (std::uint32_t at = 0; at < slot_bytes_; at += kBlock) {
             if (file_.read(file_.ctx, slot, at, image_[slot] + at) != GPOM_OK) {
-                std::memset(image_[slot] + at, 0, kBlock); // damaged or the end of the file
+                std::memset(image_[slot] + at, 0, kBlock); // damaged, or the end of the file
                 break;
             }
         }
@@ -101,7 +101,7 @@ bool Snapshots::begin(const gpom_map_t *map)
 {
     {
         const std::lock_guard<std::mutex> lock(mutex_);
-        if (handed_slot_ >= 0) { // the disk is slow: at a later turn
+        if (handed_slot_ >= 0) { // the disk is slow: begin at a later turn
             return false;
         }
     }
@@ -113,7 +113,7 @@ bool Snapshots::begin(const gpom_map_t *map)
     return is_writing_;
 }
 
-/// False: done, or failed.
+/// Take blocks. False: the snapshot is done, or it failed.
 bool Snapshots::advance(const gpom_map_t *map, std::uint32_t n_blocks)
 {
     if (gpom_snapshot_write_step(&snapshot_, map, n_blocks) != GPOM_OK) {
@@ -158,7 +158,7 @@ void Snapshots::finish(const gpom_map_t *map)
         std::unique_lock<std::mutex> lock(mutex_);
         changed_.wait(lock, [this] { return handed_slot_ < 0; });
     }
-    is_writing_ = false; // what was under way is not the last state
+    is_writing_ = false; // a snapshot under way is not the last state
     if (begin(map)) {
         while (advance(map, kManyBlocks)) {
         }
@@ -184,7 +184,8 @@ void Snapshots::run()
             return;
         }
         const auto slot = static_cast<std::uint32_t>(handed_slot_);
-        const std::int64_t begun_us = pace_.begun_us(); // no other begins until this is written
+        const std::int64_t begun_us = pace_.begun_us(); // no other snapshot begins until this one
+                                                        // is written
         lock.unlock();
         const bool is_written = write_file(slot);
         pace_.note(monotonic_us() - begun_us);

@@ -1,4 +1,5 @@
-// The map on disk: taken on the mapping thread block by block, written by another one.
+// Snapshots of the map on disk. The mapping thread takes them block by block, and another thread
+// writes them to disk.
 #ifndef GPOM_LINUX_SNAPSHOTS_HPP
 #define GPOM_LINUX_SNAPSHOTS_HPP
 
@@ -16,18 +17,18 @@
 namespace gpomd
 {
 
-/// When a snapshot is to begin so that it is on disk a period after the last one was begun: then no
-/// kill loses more than a period. Twice as long as any of the last ones took is left for it, half a
-/// period at most, and half a period as long as none is known. One thread begins snapshots, another
-/// one tells how long they took.
+/// Decides when a snapshot begins. A snapshot must be on disk one period after the last one was
+/// begun, so that a kill loses at most one period. The time reserved for it is twice the longest
+/// time that recent snapshots took, but at most half a period. As long as no time is known, half a
+/// period is reserved. One thread begins snapshots, another one reports how long they took.
 class SnapshotPace {
 public:
     void init(std::int64_t period_us) { spare_us_ = (period_us_ = period_us) / 2; }
-    /// The last one was begun, or there was nothing yet to begin with.
+    /// A snapshot was begun, or there was nothing to take yet.
     void begin(std::int64_t now_us) { begun_us_ = now_us; }
     std::int64_t begun_us() const { return begun_us_; }
     std::int64_t due_us() const { return begun_us_ + period_us_ - spare_us_.load(); }
-    /// A snapshot took so long, from its beginning until it was on disk.
+    /// Report the time from the beginning of a snapshot until it was on disk.
     void note(std::int64_t took_us);
 
 private:
@@ -36,34 +37,36 @@ private:
     std::int64_t period_us_ = 0;
     std::int64_t begun_us_ = 0;
     std::atomic<std::int64_t> spare_us_{0};
-    std::int64_t took_us_[kLast] = {}; ///< Of the last ones.
-    std::size_t n_ = 0;                ///< That were noted.
+    std::int64_t took_us_[kLast] = {}; ///< Times of the last kLast snapshots.
+    std::size_t n_ = 0;                ///< Number of times reported.
 };
 
-/// Both slots have an image in memory. The mapping thread writes a snapshot into an image, a few
-/// blocks at a time, and hands it over; the writing thread brings it to disk, and only then may the
-/// next one begin. So the disk, however slow, never holds the map up.
+/// Each of the two slots has an image in memory. The mapping thread writes a snapshot into an
+/// image, a few blocks at a time. The writing thread then writes the image to disk, and only after
+/// that may the next snapshot begin. A slow disk therefore never delays the map.
 class Snapshots {
 public:
     static std::size_t need(const Config &config);
-    /// Read what is on disk. `file` is copied; slots of a block of zeros are none.
+    /// Read what is on disk. `file` is copied. A block size of zero means that there are no slots.
     void init(const Config &config, Memory &memory, const gpom_snapshot_io_t &file, Counts &counts);
     bool is_used() const { return image_[0] != nullptr; }
 
-    /// Read the newest snapshot on disk into a map, also one of a larger map. False: there is none
-    /// that is whole.
+    /// Read the newest whole snapshot on disk into a map. It may be of a larger map. False: there
+    /// is no whole snapshot.
     bool restore(gpom_map_t *map, gpom_snapshot_report_t &report);
-    /// The slot's file was set aside: what is in the image is on disk no more.
+    /// The slot's file was renamed: the image in memory is no longer on disk.
     void drop(std::uint32_t slot);
 
-    /// The mapping thread, every turn: begin when it is time, go on by a few blocks. True: go on.
+    /// For the mapping thread, on every turn: begin a snapshot when it is time, or take a few more
+    /// blocks. True: more blocks are left.
     bool step(const gpom_map_t *map, std::int64_t monotonic_us);
-    /// How long the mapping thread may sleep before its next turn with step() [us].
+    /// How long the mapping thread may sleep before its next call of step() [us].
     std::int64_t wait_us(std::int64_t monotonic_us) const;
-    /// The mapping thread, at the end: a last snapshot, whole. Waits for the disk.
+    /// For the mapping thread, at the end: take a last snapshot, whole. Waits for the disk.
     void finish(const gpom_map_t *map);
 
-    /// The writing thread. Ends at stop(), when all that was handed over is written.
+    /// Main function of the writing thread. Returns after stop(), when every image handed over is
+    /// on disk.
     void run();
     void stop();
 
@@ -82,15 +85,16 @@ private:
     gpom_snapshot_io_t file_ = {};
     std::uint8_t *image_[2] = {};
     std::uint32_t slot_bytes_ = 0;
-    std::uint32_t used_bytes_ = 0; ///< Of the image being written.
+    std::uint32_t used_bytes_ = 0; ///< Bytes used in the image that is being written.
     SnapshotPace pace_;
-    bool has_turned_ = false; ///< step() was called: the pace runs.
+    bool has_turned_ = false; ///< step() was called, so the pace runs.
     bool is_writing_ = false; ///< A snapshot is being taken.
     gpom_snapshot_t snapshot_ = {};
 
     std::mutex mutex_;
     std::condition_variable changed_;
-    int handed_slot_ = -1; ///< Guarded by mutex_: the writing thread's until it is -1 again.
+    int handed_slot_ = -1; ///< Guarded by mutex_. The writing thread owns the slot until this is -1
+                           ///< again.
     std::uint32_t handed_bytes_ = 0; ///< Guarded by mutex_.
     bool is_stopping_ = false;       ///< Guarded by mutex_.
 };

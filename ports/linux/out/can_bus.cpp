@@ -19,7 +19,7 @@ namespace gpomd
 namespace
 {
 
-/// Of error frames, those that tell of trouble on the bus.
+/// The error frames that report trouble on the bus.
 constexpr can_err_mask_t kErrors = CAN_ERR_TX_TIMEOUT | CAN_ERR_CRTL | CAN_ERR_PROT | CAN_ERR_TRX |
                                    CAN_ERR_ACK | CAN_ERR_BUSOFF | CAN_ERR_BUSERROR |
                                    CAN_ERR_RESTARTED;
@@ -36,7 +36,7 @@ ifreq request_of(const CanConfig &config)
     return request;
 }
 
-/// Exactly these messages: no remote frames, and none of the other length of identifiers.
+/// Receive exactly these messages: no remote frames, and no identifiers of the other length.
 bool set_filters(int fd, const CanConfig &config)
 {
     can_filter filters[kCanMessagesMax] = {};
@@ -73,7 +73,7 @@ bool CanBus::set_up(const CanConfig &config)
     has_fd_ = config.has_fd && request.ifr_mtu >= static_cast<int>(CANFD_MTU) &&
               set_option(fd_, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, on);
     const int n_bytes = static_cast<int>(config.receive_bytes);
-    if (!set_option(fd_, SOL_SOCKET, SO_RCVBUFFORCE, n_bytes)) { // root may go beyond rmem_max
+    if (!set_option(fd_, SOL_SOCKET, SO_RCVBUFFORCE, n_bytes)) { // root may exceed rmem_max
         set_option(fd_, SOL_SOCKET, SO_RCVBUF, n_bytes);
     }
     request = request_of(config);
@@ -117,7 +117,7 @@ CanRead CanBus::read(CanFrame &frame)
         close();
         return CanRead::gone;
     }
-    frame.stamp_us = wall_us(); // should the kernel not say
+    frame.stamp_us = wall_us(); // used if the kernel gives no stamp
     for (cmsghdr *head = CMSG_FIRSTHDR(&message); head != nullptr;
          head = CMSG_NXTHDR(&message, head)) {
         if (head->cmsg_level == SOL_SOCKET && head->cmsg_type == SO_TIMESTAMP) {

@@ -1,4 +1,4 @@
-// A raw socket of SocketCAN: frames in and out, whatever becomes of the interface.
+// A raw socket of SocketCAN: receives and sends frames, and survives the loss of its interface.
 #ifndef GPOM_LINUX_CAN_BUS_HPP
 #define GPOM_LINUX_CAN_BUS_HPP
 
@@ -10,9 +10,9 @@
 namespace gpomd
 {
 
-/// A frame as it came.
+/// A frame as received.
 struct CanFrame {
-    std::uint32_t id; ///< With CAN_EFF_FLAG; an error frame: CAN_ERR_FLAG and its class.
+    std::uint32_t id; ///< With CAN_EFF_FLAG. An error frame has CAN_ERR_FLAG and its class.
     std::size_t n_bytes;
     std::uint8_t bytes[GPOM_CAN_BYTES_MAX];
     std::int64_t stamp_us; ///< When the kernel received it, by the clock that stamps are of.
@@ -20,14 +20,14 @@ struct CanFrame {
 
 enum class CanRead : std::uint8_t {
     frame,
-    none, ///< Nothing is waiting.
-    down, ///< The interface is down; the socket stays.
-    gone  ///< The interface was removed, or the socket failed: it is closed.
+    none, ///< No frame is waiting.
+    down, ///< The interface is down. The socket stays open.
+    gone  ///< The interface was removed, or the socket failed. The socket is closed.
 };
 
 enum class CanWrite : std::uint8_t {
     sent,
-    full, ///< The interface's queue is full: wait before the next.
+    full, ///< The interface's queue is full. Wait before the next frame.
     down, ///< The interface is down.
     failed
 };
@@ -40,22 +40,24 @@ public:
     CanBus(const CanBus &) = delete;
     CanBus &operator=(const CanBus &) = delete;
 
-    /// Open a socket on the interface that takes the odometry's messages and error frames alone,
-    /// FD frames too if configured. False: no such interface now, or no CAN in this kernel.
+    /// Open a socket on the interface. It receives only the odometry's messages and error frames,
+    /// and FD frames if configured. False: there is no such interface now, or the kernel has no
+    /// CAN.
     bool open(const CanConfig &config);
     void close();
     bool is_open() const { return fd_ >= 0; }
-    /// Can the interface carry FD frames?
+    /// True if the interface can carry FD frames.
     bool has_fd() const { return has_fd_; }
-    /// To be polled; -1: closed.
+    /// The descriptor to poll. -1: closed.
     int fd() const { return fd_; }
 
-    /// The next frame; does not wait.
+    /// Get the next frame. Does not wait.
     CanRead read(CanFrame &frame);
-    /// Send n_bytes, 8 or fewer in a classic frame, else in an FD frame.
+    /// Send n_bytes: up to 8 in a classic frame, more in an FD frame.
     CanWrite write(std::uint32_t id, const std::uint8_t *bytes, std::size_t n_bytes);
 
-    /// Frames that the kernel dropped since the last call, the socket's buffer being full.
+    /// Number of frames that the kernel dropped since the last call, because the socket's buffer
+    /// was full.
     std::uint32_t take_overflow();
 
 private:
@@ -63,8 +65,9 @@ private:
 
     int fd_ = -1;
     bool has_fd_ = false;
-    std::uint32_t overflow_ = 0;       ///< Of this socket, modulo 2^32.
-    std::uint32_t overflow_taken_ = 0; ///< Told by take_overflow() so far.
+    std::uint32_t overflow_ = 0;       ///< The kernel's drop count of this socket, modulo 2^32.
+    std::uint32_t overflow_taken_ = 0; ///< The part of overflow_ that take_overflow() has returned
+                                       ///< so far.
 };
 
 } // namespace gpomd

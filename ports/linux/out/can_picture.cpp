@@ -11,14 +11,14 @@ namespace gpomd
 namespace
 {
 
-/// A fault is shown for so long after its counter rose.
+/// A fault is shown for this time after its counter rose.
 constexpr std::int64_t kFaultShown_us = 1000000;
 
-/// Copies of the map in a row that a jump of its frame may spoil.
+/// Number of tries to copy the map. A jump of its frame spoils a copy.
 constexpr int kCopyTries = 4;
 
-/// Counters behind the bits of GPOM_Status, from the lowest on; 0, a counter that is no fault, ends
-/// a list.
+/// Counters behind each bit of GPOM_Status, from the lowest bit on. A list ends with 0, which is
+/// the place of a counter that is no fault.
 constexpr std::size_t kCausesMax = 9;
 constexpr std::size_t kCauses[][kCausesMax] = {
     {},
@@ -41,7 +41,7 @@ std::int64_t sum_of(const Counts &counts, const std::size_t (&places)[kCausesMax
     return sum;
 }
 
-/// Of the tile that a cell of the map frame's grid is in.
+/// Number of the tile that contains a cell of the map frame's grid.
 std::int64_t tile_number(std::int64_t i_cell)
 {
     const auto side = static_cast<std::int64_t>(GPOM_CAN_TILE_SIDE);
@@ -81,7 +81,7 @@ void CanPicture::init(const Config &config, Memory &memory, const PictureLinks &
 void CanPicture::look(std::int64_t now_us)
 {
     now_us_ = now_us;
-    n_inserted_ = (*links_.counts)[GPOM_WIRE_SCANS_INSERTED]; // all of them are in the state
+    n_inserted_ = (*links_.counts)[GPOM_WIRE_SCANS_INSERTED]; // the state contains all these scans
     for (std::size_t i = 0; i < kFaults; ++i) {
         const std::int64_t n = sum_of(*links_.counts, kCauses[i]);
         fault_us_[i] = n != n_faults_[i] ? now_us : fault_us_[i];
@@ -89,7 +89,8 @@ void CanPicture::look(std::int64_t now_us)
     }
 }
 
-/// Old is what was inserted long ago, or measured long ago by the clock of its stamp.
+/// The map is old if its newest scan was inserted long ago, or if the stamp of that scan is long
+/// ago.
 gpom_can_state_t CanPicture::state_of(const PortState &port)
 {
     age_us_ = -1;
@@ -102,7 +103,7 @@ gpom_can_state_t CanPicture::state_of(const PortState &port)
                                                        : GPOM_CAN_MAPPING;
 }
 
-/// Where the newest scan was taken, carried on by what the wheels have said since.
+/// Place where the newest scan was taken, carried on by the odometry since then.
 void CanPicture::find_place()
 {
     place_ = {map_.stamp_us, map_.pose[0], map_.pose[1], map_.pose[2]};
@@ -115,7 +116,8 @@ void CanPicture::find_place()
     }
 }
 
-/// False: no cells, or they are not of the place's frame, or the place is not known.
+/// Copy the cells. False: there are none, they are not of the frame of the place, or the place is
+/// not known.
 bool CanPicture::copy()
 {
     return gpom_lowres_copy(links_.mapping->map(), GPOM_LAYER_COARSE, cells_,
@@ -129,7 +131,8 @@ void CanPicture::take(const PortState &port)
     const CanConfig &can = config_->can;
     has_cells_ = false;
     for (int i = 0; i < kCopyTries && !has_cells_; ++i) {
-        map_ = links_.mapping->state(); // before the cells: they may be newer, never older
+        map_ = links_.mapping->state(); // before the cells: they may be newer than the state, never
+                                        // older
         state_ = state_of(port);
         find_place();
         has_cells_ = state_ == GPOM_CAN_MAPPING && copy();

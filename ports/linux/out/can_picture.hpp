@@ -1,4 +1,4 @@
-// What the frames on CAN say: taken from the map at one moment.
+// Contents of the frames sent on CAN, taken from the map at one moment.
 #ifndef GPOM_LINUX_CAN_PICTURE_HPP
 #define GPOM_LINUX_CAN_PICTURE_HPP
 
@@ -16,35 +16,38 @@
 namespace gpomd
 {
 
-/// Where a picture is taken from.
+/// The parts that a picture is taken from.
 struct PictureLinks {
     MapThread *mapping;
     const Odometry *odometry;
     const Counts *counts;
 };
 
-/// What the port knows and the map does not.
+/// State of the port, which the map does not know.
 struct PortState {
     bool is_bus_off;
     bool is_silent; ///< Odometry is configured and does not come.
     bool is_stopping;
 };
 
-/// Messages without their counters. Used by one thread.
+/// The messages, without their alive counters. Used by one thread.
 class CanPicture {
 public:
     static std::size_t need(const Config &config);
     void init(const Config &config, Memory &memory, const PictureLinks &links);
 
-    /// Note which counters rose; to be called often, since it is how time since then is known.
+    /// Note which counters rose. Call this often, because the time of the call counts as the time
+    /// of the rise.
     void look(std::int64_t now_us);
-    /// Take a picture now. Cost: a copy of the low-resolution map, and find_clearance().
+    /// Take a picture now.
+    /// Cost: a copy of the low-resolution map, and find_clearance().
     void take(const PortState &port);
 
     gpom_can_status_t status() const;
     gpom_can_clearance_t clearance(std::uint8_t i_part) const;
     gpom_can_clearance_fd_t clearance_fd() const;
-    /// The tile so many tiles right of and above the robot's. False: its place is not known.
+    /// The tile that is (tx, ty) tiles to the right of and above the robot's tile. False: the
+    /// robot's place is not known.
     bool tile(std::int32_t tx, std::int32_t ty, gpom_can_tile_t &message) const;
 
 private:
@@ -63,14 +66,15 @@ private:
     std::int64_t n_inserted_ = 0;
     std::int64_t n_faults_[kFaults] = {};
     std::int64_t fault_us_[kFaults] =
-        {}; ///< When they were last seen to rise; monotonic, 0: never.
+        {}; ///< Time when each was last seen to rise. Monotonic, 0: never.
 
     MapState map_ = {};
     gpom_lowres_info_t info_ = {};
-    StampedPose place_ = {}; ///< Of the robot, as late as it is known.
+    StampedPose place_ = {}; ///< The newest known place of the robot.
     gpom_can_state_t state_ = GPOM_CAN_STARTING;
-    bool has_cells_ = false;   ///< State is mapping, and cells_ and place_ are of now.
-    std::int64_t age_us_ = -1; ///< Of the newest scan; below 0: there is none.
+    bool has_cells_ = false;   ///< The state is mapping, and cells_ and place_ belong to this
+                               ///< picture.
+    std::int64_t age_us_ = -1; ///< Age of the newest scan. Below 0: there is none.
     std::uint8_t faults_ = 0;
     Sector sectors_[GPOM_CAN_SECTORS] = {};
     Sector fd_sectors_[GPOM_CAN_FD_SECTORS] = {};

@@ -14,25 +14,25 @@ namespace gpomd
 namespace
 {
 
-/// Longest sleep: the clock is looked at, and the daemon's end, at least so often.
+/// Longest sleep. The thread checks the clock and the daemon's stop flag at least this often.
 constexpr std::int64_t kWait_us = 20000;
-/// Frames taken in one go before something is sent.
+/// Most frames received in one go before something is sent.
 constexpr int kFramesAtOnce = 512;
-/// Between two looks whether the interface is there.
+/// Period of looking for an interface that is not there.
 constexpr std::int64_t kOpenPeriod_us = 200000;
-/// Pauses after a full queue: each twice the last.
+/// Pauses after a full queue. Each is twice as long as the one before.
 constexpr std::int64_t kBackOffMin_us = 2000, kBackOffMax_us = 500000;
 
 constexpr const char *kNews[] = {
-    "is there: frames are taken and sent",
-    "is not there, or this kernel has no CAN; it is looked for until it comes. A virtual one: "
-    "modprobe vcan && ip link add vcan0 type vcan && ip link set vcan0 mtu 72 up",
-    "carries no CAN FD: frames of more than 8 bytes are not sent. A virtual one: ip link set "
-    "vcan0 mtu 72; another: ip link set can0 type can ... dbitrate RATE fd on",
+    "is there: frames are received and sent",
+    "is not there, or this kernel has no CAN; gpomd waits for it. To make a virtual one: modprobe "
+    "vcan && ip link add vcan0 type vcan && ip link set vcan0 mtu 72 up",
+    "carries no CAN FD: frames of more than 8 bytes are not sent. For a virtual interface: ip "
+    "link set vcan0 mtu 72; for a real one: ip link set can0 type can ... dbitrate RATE fd on",
     "is down; bring it up with: ip link set INTERFACE up",
     "is up again",
-    "was removed; it is looked for until it comes back",
-    "is bus-off: the controller takes no part in the bus. It comes back by itself only if it may: "
+    "was removed; gpomd waits until it comes back",
+    "is bus-off: the controller takes no part in the bus. To let it come back by itself: "
     "ip link set INTERFACE type can restart-ms 100",
     "was restarted after bus-off",
     "brings no odometry: no message for can.odometry.timeout_s",
@@ -128,7 +128,7 @@ void CanPort::try_open(std::int64_t now_us)
     down_us_ = 0;
 }
 
-/// Until a frame comes or something is to be done.
+/// Wait until a frame comes or something must be sent.
 void CanPort::wait(std::int64_t now_us)
 {
     std::int64_t until_us = now_us + kWait_us;
@@ -170,13 +170,14 @@ void CanPort::receive()
         case CanRead::gone:
             links_.counts->add(GPOM_WIRE_CAN_DOWNS);
             tell(News::gone);
-            is_missed_ = true; // told
+            is_missed_ = true; // the log reports this once
             return;
         }
     }
 }
 
-/// The kernel tells once, to whoever asks first: the reading or the sending.
+/// Note that the interface is down. The kernel reports this once, either to the read or to the
+/// write.
 void CanPort::note_down()
 {
     if (down_us_ == 0) {
@@ -187,7 +188,8 @@ void CanPort::note_down()
     }
 }
 
-/// A frame of then went through. What was received before the end may be read after it.
+/// Note that a frame with this stamp went through. Frames received before the interface went down
+/// may be read afterwards, so stamps are compared.
 void CanPort::note_up(std::int64_t stamp_us)
 {
     if (down_us_ > 0 && stamp_us > down_us_) {
@@ -237,7 +239,7 @@ void CanPort::take_message(const CanFrame &frame)
     }
 }
 
-/// Note the values in a message. False: it is too short.
+/// Note the values in a message. False: the message is too short.
 bool CanPort::take_signals(std::size_t i_message, const CanFrame &frame)
 {
     const CanConfig &can = config_->can;
@@ -259,7 +261,7 @@ bool CanPort::take_signals(std::size_t i_message, const CanFrame &frame)
     return true;
 }
 
-/// With both signals known and of one time, the odometry has a new sample.
+/// Add an odometry sample if both signals are known and have the same time.
 void CanPort::note_motion(std::int64_t stamp_us)
 {
     const CanConfig &can = config_->can;
@@ -331,7 +333,7 @@ void CanPort::send_due(std::int64_t now_us)
     }
 }
 
-/// The last word: receivers need not wait for their time-outs.
+/// Send a last status, so that receivers need not wait for their time-outs.
 void CanPort::send_stopping()
 {
     picture_.take({is_bus_off_, false, true});
@@ -378,7 +380,7 @@ void CanPort::send_clearance_fd()
     send(config_->can.clearance_fd, bytes, sizeof bytes);
 }
 
-/// The tiles about the robot's own; none if its place is not known.
+/// Send the tiles around the robot's tile. Sends none if the robot's place is not known.
 void CanPort::send_tiles()
 {
     ++tile_.sequence;
@@ -399,7 +401,7 @@ void CanPort::send_tiles()
     }
 }
 
-/// Send, or count as not sent. After a full queue nothing is tried for a while.
+/// Send a message, or count it as not sent. After a full queue nothing is sent for a while.
 void CanPort::send(const CanSendConfig &to, const std::uint8_t *bytes, std::size_t n_bytes)
 {
     const std::int64_t now_us = monotonic_us();

@@ -1,4 +1,4 @@
-// CAN: odometry in, status, clearance and tiles out; a thread of its own.
+// CAN: receives odometry, sends status, clearance and tiles. It has its own thread.
 #ifndef GPOM_LINUX_CAN_PORT_HPP
 #define GPOM_LINUX_CAN_PORT_HPP
 
@@ -17,7 +17,7 @@
 namespace gpomd
 {
 
-/// What the thread works on; all of it outlives the thread.
+/// The parts that the thread works with. All of them outlive the thread.
 struct CanLinks {
     MapThread *mapping;
     Odometry *odometry;
@@ -29,19 +29,20 @@ public:
     static std::size_t need(const Config &config);
     void init(const Config &config, Memory &memory, const CanLinks &links);
 
-    /// Take frames from now on, if the interface is there; `run` goes on looking for it.
+    /// Receive frames from now on, if the interface is there. Otherwise `run` goes on looking for
+    /// it.
     void open();
-    /// Work until `stop`, then say that it ends; nothing if CAN is not configured.
+    /// Work until `stop`, then send a last status. Does nothing if CAN is not configured.
     void run(const std::atomic<bool> &stop);
 
     bool is_used() const { return config_ != nullptr && config_->can.interface[0] != '\0'; }
-    /// Grows as long as the thread lives.
+    /// Increases as long as the thread runs.
     std::uint64_t pulse() const { return pulse_.load(std::memory_order_relaxed); }
-    /// Something for the log, once; NULL: nothing new. Any one thread.
+    /// The next line for the log, each once. NULL: nothing new. Any one thread may call this.
     const char *next_news();
 
 private:
-    /// What is told in the log, bit by bit.
+    /// Events that the log reports, one bit each.
     enum class News : std::uint8_t {
         open,
         absent,
@@ -55,7 +56,7 @@ private:
         heard,
         count
     };
-    /// A message that is sent every period; late turns are not made up for.
+    /// A message that is sent every period. Late turns are skipped.
     struct Turn {
         std::int64_t next_us;
         std::uint8_t alive;
@@ -96,13 +97,15 @@ private:
     gpom_can_stream_t streams_[kCanMessagesMax] = {};
     Value values_[kCanSignals] = {};
     std::int64_t open_next_us_ = 0;
-    bool is_missed_ = false; ///< It was told that the interface is not there.
+    bool is_missed_ = false; ///< The log has reported that the interface is not there.
     bool is_bus_off_ = false;
-    std::int64_t down_us_ = 0;       ///< When the interface went down, as stamps are; 0: it is up.
-    bool is_silent_ = true;          ///< No odometry for its time-out.
-    std::int64_t motion_us_ = 0;     ///< When odometry last came; monotonic.
-    std::int64_t write_next_us_ = 0; ///< No frame before: the interface's queue was full.
-    std::int64_t back_off_us_ = 0;   ///< The last pause.
+    std::int64_t down_us_ = 0;       ///< When the interface went down, by the clock that stamps are
+                                     ///< of. 0: it is up.
+    bool is_silent_ = true;          ///< No odometry came within its time-out.
+    std::int64_t motion_us_ = 0;     ///< When odometry last came, monotonic.
+    std::int64_t write_next_us_ = 0; ///< No frame is sent before this time, because the interface's
+                                     ///< queue was full.
+    std::int64_t back_off_us_ = 0;   ///< Length of the last pause.
     std::atomic<std::uint32_t> news_{0};
     std::atomic<std::uint64_t> pulse_{0};
 };

@@ -9,26 +9,26 @@ namespace gpomd
 namespace
 {
 
-/// A sector that ends in unknown cells so few cells beyond the robot's edge is unknown.
+/// A sector is unknown if it ends in unknown cells within this many cells of the robot's edge.
 constexpr double kEdgeCells = 2.0;
 
-/// Makes up for what a float could be rounded up.
+/// Corrects for a float that may have been rounded up.
 constexpr double kNotUp = 1.0 - 1e-7;
 
 constexpr gpom_cell_t kUnknownCell = {0, 255, GPOM_UNKNOWN, 0};
 
-/// The cells of a view about the robot: coordinates are in cells from the raster's corner.
+/// The cells around the robot. Coordinates are in cells, from the raster's corner.
 struct Window {
     const ClearanceView &view;
     double x, y; ///< The robot.
 
-    /// A cell, unknown outside of the raster.
+    /// A cell. Cells outside the raster are unknown.
     const gpom_cell_t &at(std::int64_t ix, std::int64_t iy) const
     {
         const bool is_inside = ix >= 0 && iy >= 0 && ix < view.raster.nx && iy < view.raster.ny;
         return is_inside ? view.cells[iy * view.raster.nx + ix] : kUnknownCell;
     }
-    /// To the nearest point of a cell [m].
+    /// Distance to the nearest point of a cell [m].
     double distance_m(std::int64_t ix, std::int64_t iy) const
     {
         const auto beside = [](double at, std::int64_t i) {
@@ -61,14 +61,14 @@ std::uint8_t deviation_code(const gpom_cell_t &cell)
                                     : gpom_can_deviation_code(cell.variance, GPOM_CAN_LEVEL_MAX);
 }
 
-/// What is said of a sector becomes what is said of this cell.
+/// Copy the codes of this cell into the sector.
 void say(Sector &sector, const gpom_cell_t &cell)
 {
     sector.probability = probability_code(cell);
     sector.deviation = deviation_code(cell);
 }
 
-/// A cell that is not free ends every sector that it reaches into, if none nearer did.
+/// A cell that is not free ends every sector that it overlaps, unless a nearer cell already did.
 void end_sectors(const Window &window, std::int64_t ix, std::int64_t iy, Sector *sectors,
                  std::size_t n)
 {
@@ -76,7 +76,7 @@ void end_sectors(const Window &window, std::int64_t ix, std::int64_t iy, Sector 
     const gpom_cell_t &cell = window.at(ix, iy);
     const auto x = static_cast<double>(ix), y = static_cast<double>(iy);
     const double middle_rad = window.bearing_rad(x + 0.5, y + 0.5);
-    double right_rad = 0.0, left_rad = 0.0; // to the corners that are farthest aside
+    double right_rad = 0.0, left_rad = 0.0; // bearings to the rightmost and leftmost corner
     for (const double px : {x, x + 1.0}) {
         for (const double py : {y, y + 1.0}) {
             const double aside_rad =
@@ -86,7 +86,7 @@ void end_sectors(const Window &window, std::int64_t ix, std::int64_t iy, Sector 
         }
     }
     const double width_rad = 2.0 * M_PI / static_cast<double>(n);
-    const bool is_about = distance_m <= 0.0; // the robot stands in it
+    const bool is_about = distance_m <= 0.0; // the robot stands in the cell
     const auto first = std::llround((middle_rad + right_rad) / width_rad);
     const auto last = is_about ? first + static_cast<long long>(n) - 1
                                : std::llround((middle_rad + left_rad) / width_rad);
@@ -104,7 +104,7 @@ void end_sectors(const Window &window, std::int64_t ix, std::int64_t iy, Sector 
     }
 }
 
-/// A free cell tells, by its centre, how free a clear sector is.
+/// A free cell raises the codes of a clear sector. The sector is the one of the cell's centre.
 void note_free(const Window &window, std::int64_t ix, std::int64_t iy, Sector *sectors,
                std::size_t n)
 {
@@ -129,7 +129,7 @@ void visit_cells(const Window &window, Sector *sectors, std::size_t n)
     const auto last_of = [reach](double at, std::uint32_t count) {
         return std::min<std::int64_t>(static_cast<std::int64_t>(std::floor(at + reach)), count);
     };
-    for (const bool is_for_free : {false, true}) { // what ends sectors first
+    for (const bool is_for_free : {false, true}) { // first find what ends the sectors
         for (std::int64_t iy = first_of(window.y); iy <= last_of(window.y, view.raster.ny); ++iy) {
             for (std::int64_t ix = first_of(window.x); ix <= last_of(window.x, view.raster.nx);
                  ++ix) {

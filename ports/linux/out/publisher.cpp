@@ -14,23 +14,23 @@ namespace gpomd
 namespace
 {
 
-/// How long after SIGTERM messages still wait for a slow network.
+/// After SIGTERM, messages wait for a slow network for this time at most.
 constexpr std::int64_t kLast_us = 500000;
 
-/// Log-odds of MBot's grids are int8 without a stated unit; here 1 / 16.
+/// The log-odds of MBot's grids are int8 without a stated unit. The unit here is 1 / 16.
 constexpr double kLogOddsUnits = 16.0;
 
 constexpr std::size_t kGridHeadBytes = 40;
 constexpr std::size_t kPixelHeadBytes = 70;
 
-/// Whole maps that messages cause, by asking or by jumps of the pose, are so far apart at least: a
-/// few bytes on the bus must not become many.
+/// Shortest time between two whole maps that messages cause, by requests or by jumps of the pose.
+/// It limits the traffic that a few bytes on the bus can cause.
 constexpr std::int64_t kWholePeriod_us = 1000000;
 
-/// Copies of the map in a row that a jump of its frame may spoil.
+/// Number of tries to copy the map. A jump of its frame spoils a copy.
 constexpr int kCopyTries = 4;
 
-/// A turn that comes every period; late turns are not made up for.
+/// A turn that comes every period. Late turns are skipped.
 class Turn {
 public:
     explicit Turn(std::int64_t period_us) : period_us_(period_us), next_us_(monotonic_us()) {}
@@ -68,8 +68,8 @@ std::size_t message_need(const Config &config)
     return std::max({GPOM_WIRE_MAP_BYTES(kTileCells), grid, pixels});
 }
 
-/// A cell as MBot's planners read it: below 0 is free, above 0 occupied, 0 unknown. A cell that is
-/// not called free is never below 0.
+/// A cell as MBot's planners read it: below 0 is free, above 0 occupied, 0 unknown. Only cells of
+/// class free are below 0.
 std::int8_t log_odds_of(const gpom_cell_t &cell)
 {
     if (cell.cls == GPOM_UNKNOWN) {
@@ -146,7 +146,7 @@ void Publisher::run(const std::atomic<bool> &stop)
     }
 }
 
-/// Was a keyframe asked for, and may it go out already? Else the request stays.
+/// True if a keyframe was requested and may be sent now. A request that is too early stays.
 bool Publisher::take_request(std::int64_t now_us)
 {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -158,8 +158,8 @@ bool Publisher::take_request(std::int64_t now_us)
     return true;
 }
 
-/// False: the frame has jumped again too soon. Nothing is sent then, since tiles of two frames do
-/// not fit each other.
+/// False: the frame jumped again too soon. Nothing is sent then, because tiles of two frames do not
+/// fit together.
 bool Publisher::may_begin_epoch(std::int64_t now_us)
 {
     if (!has_sent_ || info_.frame_epoch == sent_info_.frame_epoch) {
@@ -187,14 +187,15 @@ void Publisher::wake()
     changed_.notify_one();
 }
 
-/// Send what was encoded into `message_`, as fast as the network takes it: a slow one gets fewer
-/// maps, not older ones. False: nothing was encoded, or it did not go out.
+/// Send the message that was encoded into `message_`, as fast as the network takes it. A slow
+/// network gets fewer maps, not older ones. False: nothing was encoded, or it was not sent.
 bool Publisher::send(const char *channel, std::size_t n_bytes)
 {
     return n_bytes > 0 && sender_->send(channel, message_, n_bytes, {goes_on, this});
 }
 
-/// Waiting for the network is a sign of life, and ends soon after the daemon is told to stop.
+/// Called while a message waits for the network. Shows that the thread runs, and ends the wait soon
+/// after the daemon is told to stop.
 bool Publisher::goes_on(void *publisher)
 {
     Publisher &self = *static_cast<Publisher *>(publisher);
@@ -207,12 +208,13 @@ bool Publisher::goes_on(void *publisher)
     return now_us < self.end_us_;
 }
 
-/// Copy cells and state, of one frame. False: there is no map yet, or the raster or the frame kept
-/// moving: at the next turn.
+/// Copy cells and state of one frame. False: there is no map yet, or the raster or the frame kept
+/// changing. The next turn tries again.
 bool Publisher::copy()
 {
     for (int i = 0; i < kCopyTries; ++i) {
-        state_ = mapping_->state(); // before the cells: they may be newer than it says, never older
+        state_ = mapping_->state(); // before the cells: they may be newer than the state, never
+                                    // older
         if (!state_.has_map || gpom_lowres_copy(mapping_->map(), GPOM_LAYER_COARSE, cells_,
                                                 n_cells_, &info_) != GPOM_OK) {
             return false;
@@ -224,8 +226,8 @@ bool Publisher::copy()
     return false;
 }
 
-/// Send all tiles, or those that changed. If none did but scans came, the robot's tile is sent all
-/// the same: its stamp tells subscribers that the map is fresh.
+/// Send all tiles, or those that changed. If no tile changed but scans came, the robot's tile is
+/// sent: its stamp tells subscribers that the map is fresh.
 void Publisher::send_map(bool is_keyframe)
 {
     const bool is_whole = is_keyframe || !has_sent_ || !is_same_raster(info_, sent_info_);
@@ -250,7 +252,7 @@ void Publisher::send_map(bool is_keyframe)
         }
     }
     if (!is_published) {
-        return; // nobody lost anything: the same at the next turn
+        return; // nothing was sent: the next turn tries again
     }
     has_sent_ = true;
     sent_info_ = info_;
@@ -259,7 +261,7 @@ void Publisher::send_map(bool is_keyframe)
     counts_->add(GPOM_WIRE_MAPS_PUBLISHED);
 }
 
-/// Codes of a tile's cells.
+/// Write the codes of a tile's cells.
 void Publisher::encode_tile(std::uint32_t i_tile)
 {
     const std::uint32_t ix0 = i_tile % n_tiles_x_ * kTileNx;
@@ -287,7 +289,7 @@ bool Publisher::has_changed(std::uint32_t i_tile) const
 std::uint32_t Publisher::tile_of_robot() const
 {
     const gpom_raster_t &raster = info_.raster;
-    // fmax() and fmin() make 0 of a place that is not known
+    // if the place is NaN, fmax() and fmin() make it 0
     const auto clamped = [&raster](double from_corner_m, std::uint32_t n) {
         return static_cast<std::uint32_t>(
             std::fmin(std::fmax(from_corner_m / raster.cell_m, 0.0), static_cast<double>(n - 1)));
@@ -297,7 +299,7 @@ std::uint32_t Publisher::tile_of_robot() const
     return iy / kTileNy * n_tiles_x_ + ix / kTileNx;
 }
 
-/// False: the system refused it.
+/// Send one tile. False: the system refused it.
 bool Publisher::send_tile(std::uint32_t i_tile, std::uint16_t i_sent, std::uint16_t n_sent,
                           bool is_keyframe)
 {
@@ -334,8 +336,8 @@ bool Publisher::send_tile(std::uint32_t i_tile, std::uint16_t i_sent, std::uint1
     return true;
 }
 
-/// MBot's grid: corner of cell 0, log-odds. It begins where float32 holds its corner, with unknown
-/// cells before the raster's.
+/// Send MBot's grid of log-odds. Its position is the corner of cell 0. The grid begins at a corner
+/// that float32 can hold, so it has unknown cells before those of the raster.
 void Publisher::send_grid()
 {
     if (config_->publish.grid[0] == '\0') {
@@ -350,7 +352,7 @@ void Publisher::send_grid()
     }
     const std::uint32_t nx = raster.nx + before_x, ny = raster.ny + before_y;
     const std::size_t n_cells = std::size_t{nx} * ny;
-    std::uint8_t *const cells = message_ + message_bytes_ - n_cells; // behind what is encoded
+    std::uint8_t *const cells = message_ + message_bytes_ - n_cells; // after the encoded head
     std::memset(cells, 0, n_cells);
     for (std::uint32_t i = 0; i < n_cells_; ++i) {
         const std::size_t iy = before_y + i / raster.nx;
@@ -370,8 +372,8 @@ void Publisher::send_grid()
     send(config_->publish.grid, n_bytes);
 }
 
-/// libbot's pixel map: centre of cell 0, probability as float; 0.5 where nothing is known, as its
-/// readers expect.
+/// Send libbot's pixel map of probabilities as floats. Its position is the centre of cell 0.
+/// Unknown cells are 0.5, as its readers expect.
 void Publisher::send_pixels()
 {
     if (config_->publish.pixels[0] == '\0') {
@@ -384,7 +386,7 @@ void Publisher::send_pixels()
         const gpom_cell_t &cell = cells_[i];
         const float p =
             cell.cls == GPOM_UNKNOWN ? 0.5f : static_cast<float>(cell.probability) / 65535.0f;
-        std::memcpy(pixels + i * sizeof p, &p, sizeof p); // little-endian, as this processor is
+        std::memcpy(pixels + i * sizeof p, &p, sizeof p); // little-endian, like this processor
     }
     gpom_wire_pixel_map_t map = {};
     map.stamp_us = state_.stamp_us;

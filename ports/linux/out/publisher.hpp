@@ -1,4 +1,4 @@
-// The map as messages: gpom's tiles, and the grids of other families.
+// Sends the map as messages: gpom's tiles, and the grids of other message families.
 #ifndef GPOM_LINUX_PUBLISHER_HPP
 #define GPOM_LINUX_PUBLISHER_HPP
 
@@ -16,20 +16,21 @@
 namespace gpomd
 {
 
-/// A thread that copies the low-resolution map while it is being worked on, and sends it.
+/// A thread that copies the low-resolution map while the mapping thread changes it, and sends the
+/// copy.
 class Publisher {
 public:
     static std::size_t need(const Config &config);
     void init(const Config &config, Memory &memory, Sender &sender, MapThread &mapping,
               Counts &counts);
 
-    /// Work until `stop`; then send a last keyframe, as far as the network takes it at once.
+    /// Work until `stop`. Then send a last keyframe, as far as the network takes it at once.
     void run(const std::atomic<bool> &stop);
-    /// Send a keyframe at the next turn, or a second after the last one that was asked for.
+    /// Send a keyframe at the next turn, but at least a second after the last requested keyframe.
     void request_keyframe();
-    /// Look at `stop` now.
+    /// Check `stop` now.
     void wake();
-    /// Grows as long as the thread lives.
+    /// Increases as long as the thread runs.
     std::uint64_t pulse() const { return pulse_.load(std::memory_order_relaxed); }
 
 private:
@@ -49,15 +50,15 @@ private:
     void send_pixels();
 
     const Config *config_ = nullptr;
-    Sender *sender_ = nullptr; ///< Of this thread alone.
+    Sender *sender_ = nullptr; ///< Used by this thread only.
     MapThread *mapping_ = nullptr;
     Counts *counts_ = nullptr;
 
     std::uint32_t n_cells_ = 0, n_tiles_x_ = 0, n_tiles_ = 0;
-    gpom_cell_t *cells_ = nullptr; ///< The copy, by rows.
+    gpom_cell_t *cells_ = nullptr; ///< The copy of the map, by rows.
     std::uint8_t *codes_ =
         nullptr;                   ///< The copy's codes, tile by tile: probabilities, then classes.
-    std::uint8_t *sent_ = nullptr; ///< What subscribers have, likewise.
+    std::uint8_t *sent_ = nullptr; ///< The codes that subscribers have, in the same order.
     std::uint8_t *message_ = nullptr;
     std::size_t message_bytes_ = 0;
 
@@ -66,7 +67,8 @@ private:
     gpom_lowres_info_t sent_info_ = {};
     std::int64_t sent_stamp_us_ = 0;
     bool has_sent_ = false;
-    std::int64_t request_due_us_ = 0, epoch_due_us_ = 0; ///< No whole map of that cause before.
+    std::int64_t request_due_us_ = 0, epoch_due_us_ = 0; ///< No whole map for a request, or for a
+                                                         ///< new epoch, before this time.
     std::uint32_t map_sequence_ = 0;
 
     std::mutex mutex_;
@@ -75,7 +77,7 @@ private:
     bool is_woken_ = false;     ///< Guarded by mutex_.
     std::atomic<std::uint64_t> pulse_{0};
     const std::atomic<bool> *stop_ = nullptr;
-    std::int64_t end_us_ = 0; ///< When the last message is given up; monotonic, 0: not stopping.
+    std::int64_t end_us_ = 0; ///< When the last message is given up. Monotonic, 0: not stopping.
 };
 
 } // namespace gpomd

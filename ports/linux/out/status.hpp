@@ -1,4 +1,4 @@
-// gpom.status_t: put together from what the threads say.
+// Builds gpom.status_t from the state of all threads.
 #ifndef GPOM_LINUX_STATUS_HPP
 #define GPOM_LINUX_STATUS_HPP
 
@@ -12,7 +12,7 @@
 namespace gpomd
 {
 
-/// Sends a status when asked to. Used by one thread.
+/// Sends a status at each call of send(). Used by one thread.
 class StatusSender {
 public:
     StatusSender(const Config &config, Sender &sender, MapThread &mapping, Counts &counts,
@@ -32,7 +32,8 @@ private:
     std::int64_t started_us_;
     std::int64_t last_us_;
     std::int64_t last_counts_[GPOM_WIRE_COUNTS] = {};
-    std::uint32_t n_dirty_ = 0; ///< Last known: while the raster moves nobody knows.
+    std::uint32_t n_dirty_ = 0; ///< The last known number. It cannot be read while the raster
+                                ///< moves.
     std::uint32_t sequence_ = 0;
 };
 

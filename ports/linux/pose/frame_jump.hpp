@@ -9,39 +9,42 @@
 namespace gpomd
 {
 
-/// What becomes of the map at a jump.
+/// What happens to the map at a jump.
 enum class JumpRule : std::uint8_t {
-    none,   ///< Jumps are not looked for.
-    keep,   ///< All stays, in a new frame epoch; so with the others.
-    forget, ///< What is near the poses before and after is forgotten.
-    clear   ///< All is forgotten.
+    none,   ///< gpomd does not look for jumps.
+    keep,   ///< All beams stay, in a new frame epoch. The other two rules begin a new epoch, too.
+    forget, ///< Forget what is near the pose before the jump and near the pose after it.
+    clear   ///< Forget all beams.
 };
 
-/// How far a pose may be from the one before, dt apart: distance_m + speed_mps dt, and turned by
-/// turn_rad + turn_radps dt.
+/// Limits on the motion between two poses that are dt apart in time: distance_m + speed_mps dt for
+/// the way, turn_rad + turn_radps dt for the turn.
 struct JumpConfig {
     JumpRule rule;
-    double distance_m; ///< What a localiser corrects without calling it a jump.
-    double speed_mps;  ///< No robot of this kind is faster.
-    double turn_rad;   ///< As distance_m; over pi: turns are not looked at.
-    double turn_radps; ///< As speed_mps.
-    double forget_m;   ///< Radius about either pose, JumpRule::forget.
+    double distance_m; ///< Largest correction of a localiser that is not a jump.
+    double speed_mps;  ///< The robot cannot be faster than this.
+    double turn_rad;   ///< Like distance_m, for the turn. Over pi: turns are not checked.
+    double turn_radps; ///< The robot cannot turn faster than this.
+    double forget_m;   ///< JumpRule::forget: radius around each of the two poses.
 };
 
-/// How a pose continues those before it.
+/// How a pose continues the poses before it.
 enum class Continuity : std::uint8_t {
-    follows, ///< Within reach of the last one that did.
-    strays,  ///< Out of its reach: wild, or the first of another frame; the next one will tell.
-    jumps    ///< Out of its reach, but within that of the stray just before: the frame jumped.
+    follows, ///< The robot can have reached it from the last good pose.
+    strays,  ///< The robot cannot have reached it from the last good pose. The next pose decides
+             ///< whether it is wild or the first pose of a new frame.
+    jumps    ///< The robot cannot have reached it from the last good pose, but from the stray pose
+             ///< just before. The frame jumped.
 };
 
-/// Tells wild poses from jumps: a stray on its own is wild, two that agree are a jump. The very
-/// first pose is believed.
+/// Tells wild poses from jumps. A single stray pose is wild. Two stray poses in a row that agree
+/// are a jump. The very first pose is always believed.
 class FrameJump {
 public:
     void init(const JumpConfig &config) { config_ = config; }
 
-    /// Take a finite pose. Stamps may run backwards by as much as sensors differ.
+    /// Judge a finite pose. Stamps may run backwards, by as much as the stamps of different sensors
+    /// differ.
     Continuity take(const StampedPose &pose);
     /// The last pose that followed or jumped.
     const StampedPose &last() const { return last_; }
@@ -51,7 +54,7 @@ private:
 
     JumpConfig config_ = {};
     StampedPose last_ = {};  ///< The last pose that followed or jumped.
-    StampedPose stray_ = {}; ///< The last pose, if it strayed.
+    StampedPose stray_ = {}; ///< The pose before, if it was a stray.
     bool has_last_ = false;
     bool has_stray_ = false;
 };

@@ -11,17 +11,18 @@ namespace gpomd
 namespace
 {
 
-/// Faster than anything that the map is for: a sender's error.
+/// Larger values are an error of the sender: no robot that uses the map moves so fast.
 constexpr double kSpeedMax_mps = 150.0;
 constexpr double kYawRateMax_radps = 50.0;
 
-/// Innovations beyond this are none of the errors': 99.9 % of chi-squared, 3 degrees of freedom.
+/// Larger innovations are not caused by the modelled errors: 99.9 % of chi-squared, 3 degrees of
+/// freedom.
 constexpr double kGate = 16.3;
 
 using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using Matrix32 = Eigen::Matrix<double, 3, 2>;
 
-/// A F A^T with F = [1 0 -dy; 0 1 dx; 0 0 1]: what errors of a pose become after a step (dx, dy).
+/// a = F A F^T with F = [1 0 -dy; 0 1 dx; 0 0 1]: covariance of a pose after a step (dx, dy).
 void step_on(PoseCov &a, double dx_m, double dy_m)
 {
     const double xt = a[2], yt = a[5], tt = a[8];
@@ -47,14 +48,14 @@ void add_direction(PoseCov &a, const double (&v)[3], double variance)
 
 } // namespace
 
-/// On the way from one pose to another: how far, and what errors have become of.
+/// State of travel(): pose so far, and how errors have grown on the way.
 struct Odometry::Way {
     double x_m, y_m, yaw_rad; ///< Pose so far.
     double elapsed_s;
     double bias_x, bias_y; ///< - d place / d bias of the yaw rate [m s / rad].
-    PoseCov white;         ///< What white errors added.
+    PoseCov white;         ///< Covariance added by white errors so far.
 
-    /// Of the pose by scale and bias, to first order.
+    /// Derivative of the pose with respect to scale and bias, to first order.
     Matrix32 jacobian(const StampedPose &from) const
     {
         Matrix32 J;
@@ -63,7 +64,7 @@ struct Odometry::Way {
     }
 };
 
-/// One step by the mean of its ends' motions, along the middle heading.
+/// Advance by one step. Uses the mean of the motions at both ends and the middle heading.
 void Odometry::advance(Way &way, const Motion &a, const Motion &b) const
 {
     const double dt_s = 1e-6 * static_cast<double>(b.stamp_us - a.stamp_us);
@@ -137,7 +138,7 @@ std::size_t Odometry::first_not_before(std::int64_t stamp_us) const
     return first_stamp_not_before(stamp_us, n_, [this](std::size_t i) { return nth(i).stamp_us; });
 }
 
-/// Motion at a time not after sample i_after and, unless it is that sample's, after the one before.
+/// Motion at a time between samples i_after - 1 and i_after.
 Motion Odometry::between(std::size_t i_after, std::int64_t stamp_us) const
 {
     const Motion &after = nth(i_after);
@@ -215,8 +216,8 @@ bool Odometry::learn(const StampedPose &from, const StampedPose &to, const float
     return true;
 }
 
-/// Kalman filter whose state are the two errors (Thrun, Burgard and Fox 2005, sec. 3.3): the later
-/// pose is measured to be the earlier one, carried on.
+/// Update a Kalman filter whose state is the two constant errors (Thrun, Burgard and Fox 2005, sec.
+/// 3.3). The measurement is the later pose. Its prediction is the earlier pose, carried on.
 void Odometry::update(const StampedPose &from, const StampedPose &to, const float *cov,
                       const Way &way)
 {
@@ -234,7 +235,7 @@ void Odometry::update(const StampedPose &from, const StampedPose &to, const floa
         H * P * H.transpose() + Eigen::Map<const Matrix3>(carried) +
         Eigen::Map<const Matrix3>(way.white) +
         Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(cov).cast<double>() +
-        1e-9 * Matrix3::Identity(); // poses that are said to be exact
+        1e-9 * Matrix3::Identity(); // for poses whose covariance is given as 0
     const Matrix3 S_inverse = S.inverse();
     const Eigen::Vector3d y(to.x_m - way.x_m, to.y_m - way.y_m,
                             std::remainder(to.yaw_rad - way.yaw_rad, 2.0 * M_PI));

@@ -10,6 +10,7 @@ bool PoseRing::is_finite(const StampedPose &pose)
     return std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.yaw_rad);
 }
 
+/// Drop poses that were ahead of the clock when they came, and are not older than a new pose.
 /// Without this, one pose from the future would keep all others out until its time has come.
 void PoseRing::give_way(std::int64_t stamp_us)
 {
