@@ -28,7 +28,7 @@ firmware-image: $(foreach i,demo costs device template,$(BUILD)/gpom_$(i).elf) \
 	$(Q)tests/firmware/budget.py $(CPU)
 
 $(STREET)/street.h: tools/dev/street_header.py tools/params/street.toml \
-    tests/firmware/scans.csv tests/firmware/points.csv
+    tests/firmware/scans.csv tests/firmware/points.csv | build/setup/base
 	@mkdir -p $(@D)
 	$(Q)python3 tools/dev/street_header.py tests/firmware/scans.csv tools/params/street.toml \
 	    tests/firmware/points.csv $@
