@@ -3,8 +3,9 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux linux-sanitize tsan
-processors can firmware install instructions fuzz lint; `base` is the first nine, `extra` the rest.
+Suites: make unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux linux-sanitize
+tsan processors can firmware install instructions fuzz lint; `base` is the first ten, `extra` the
+rest.
 Called by make, which builds what they need first. A failure is printed with its output, a skip with
 its reason. Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
@@ -29,8 +30,8 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 RESULTS = "build/test-results"
 SKIP_EXIT_CODE = 77
 TIMEOUT_S = 3600  # a whole suite on a slow machine; its tests have shorter ones
-BASE = ["unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols", "tools",
-        "linux"]
+BASE = ["make", "unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols",
+        "tools", "linux"]
 EXTRA = ["linux-sanitize", "tsan", "processors", "can", "firmware", "install", "instructions",
          "fuzz", "lint"]
 FUZZ_SEED = 1
@@ -307,6 +308,7 @@ SUITES = {
     "codec-sanitize": lambda results: run_doctest(results, "codec-sanitize",
                                                   f"{SANITIZE}/codec_tests"),
     "c99": run_c99,
+    "make": lambda results: run_pytest(results, "make", "tests/make"),
     "headers": run_headers,
     "symbols": run_symbols,
     "tools": lambda results: run_pytest(results, "tools", "tests/tools"),

@@ -23,7 +23,8 @@ bench: build/setup/bench $(BUILD)/speed bench-insert ## Compare with Eigen, nano
 	    --sklearn build/bench/sklearn.json --insert build/bench/insert-of-*.json | \
 	    tee build/bench/ratios.txt
 
-bench-insert: $(BUILD)/gpom-live ## Time inserting scans into a map of 20,000 beams, one with room and a full one
+bench-insert: $(BUILD)/gpom-live
+bench-insert: ## Time inserting scans into a map of 20,000 beams, one with room and a full one
 	@mkdir -p build/bench
 	$(Q)for beam_max in 40000 20000; do \
 	    $(BUILD)/gpom-live insert --params tools/params/street.toml --keep 0.1 --kept 20000 --runs 3 \
@@ -40,6 +41,7 @@ count-queries: build/setup/firmware
 	$(Q)$(MAKE) CROSS= CPU= LANES=1 FMA=0 BUILD=build/host-scalar build/host-scalar/count-queries
 
 $(BENCH_OBJ) $(BENCH_ISA_OBJ): $(BUILD)/flags | $(COMPILER)
+$(BUILD)/obj/bench/speed.o: | build/setup/bench
 $(BENCH_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(BENCH_ISAS:%=$(BUILD)/obj/bench/solve_%.o): $(BUILD)/obj/bench/solve_%.o: bench/solve.cpp

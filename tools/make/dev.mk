@@ -1,9 +1,11 @@
 # For developers: house rules, formatting, symbols, the database of compile commands.
 
-lint: build/setup/lint $(STREET)/street.h ## Check formatting, house rules and clang-tidy
+lint: build/setup/lint build/setup/base $(STREET)/street.h
+lint: ## Check formatting, house rules and clang-tidy
 	$(Q)python3 tools/dev/lint.py format rules tidy
 
-format: build/setup/lint ## Format all C and C++ sources in place
+format: build/setup/lint build/setup/base
+format: ## Format all C and C++ sources in place
 	$(Q)python3 tools/dev/lint.py reformat
 
 check-symbols: $(BUILD)/libgpom_device.a $(BUILD)/libgpom_can.a
@@ -17,6 +19,7 @@ check-symbols: lib codec ## Fail on any heap, libc or global-state symbol in lib
 # The commands of all objects in NAME_OBJ, this machine's first, then the microcontroller's.
 HOST_OBJECTS = $(filter-out $(PORT_OBJ) $(TARGET_OBJ),$(filter %.o, \
     $(foreach i,$(filter %_OBJ,$(.VARIABLES)),$($(i)))))
+compile_commands.json: build/setup/base
 compile_commands.json: ## Write build/compile_commands.json for editors and clang-tidy
 	$(Q){ $(MAKE) -n -B V=1 host-objects; \
 	    $(MAKE) -n -B V=1 CROSS=arm-none-eabi- CPU=$(CPU) port-objects; } | \

@@ -27,7 +27,8 @@ firmware-image: $(foreach i,demo costs device template,$(BUILD)/gpom_$(i).elf) \
     $(BUILD)/libgpom_can.a build/host-release/libicount.so
 	$(Q)tests/firmware/budget.py $(CPU)
 
-$(STREET)/street.h: tools/dev/street_header.py tests/firmware/scans.csv tests/firmware/points.csv
+$(STREET)/street.h: tools/dev/street_header.py tests/firmware/scans.csv \
+    tests/firmware/points.csv | build/setup/base
 	@mkdir -p $(@D)
 	$(Q)python3 tools/dev/street_header.py tests/firmware/scans.csv tests/firmware/points.csv $@
 $(PORT_OBJ): $(BUILD)/flags $(STREET)/street.h | $(COMPILER) presets

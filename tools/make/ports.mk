@@ -24,7 +24,8 @@ codec: $(BUILD)/libgpom_codec.a ## Build the LCM codec (ports/codec; with CROSS=
 gpomd: $(BUILD)/gpom-bridge
 gpomd: $(BUILD)/gpomd $(BUILD)/gpom-replay $(BUILD)/gpom-watch ## Build LCM daemon and its tools
 
-demo-lcm: $(foreach i,gpomd gpom-replay gpom-watch gpom-sim gpom-query,$(BUILD)/$(i)) build/setup/lcm
+demo-lcm: build/setup/lcm
+demo-lcm: $(foreach i,gpomd gpom-replay gpom-watch gpom-sim gpom-query,$(BUILD)/$(i))
 demo-lcm: ## Replay a street or LOG into gpomd, compare
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo_lcm $(LOG)
 

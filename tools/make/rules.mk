@@ -31,8 +31,9 @@ define archive
 	$(Q)rm -f $@ && $(AR) crs $@ $^
 endef
 
-# What an object needs before its compiler runs: the group of tools/setup that has the compiler.
-COMPILER := build/setup/$(if $(CROSS),$(if $(filter 1,$(BARE)),firmware,processors),base)
+# What tools/setup installs before anything is compiled: headers, and the cross compiler if any.
+COMPILER := build/setup/base \
+    $(if $(CROSS),build/setup/$(if $(filter 1,$(BARE)),firmware,processors))
 
 build/setup/results build/setup/can: build/setup/python
 build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt \

@@ -134,7 +134,7 @@ FUZZ_FLAGS := -O1 -g -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=a
 fuzz_objects = $(patsubst %,build/host-fuzz/obj/%.o,$(basename $(1)))
 FUZZED_OBJ := $(call fuzz_objects,$(CODEC_SRC) $(CAN_SRC) ports/uart/frame.c)
 FUZZER_OBJ := $(call fuzz_objects,tests/codec/types.cpp $(wildcard tests/fuzz/*.cpp))
-$(FUZZED_OBJ) $(FUZZER_OBJ): | build/setup/fuzz
+$(FUZZED_OBJ) $(FUZZER_OBJ): | build/setup/fuzz build/setup/base
 $(FUZZED_OBJ): build/host-fuzz/obj/%.o: %.c
 	$(call compile,clang -std=c99 $(FUZZ_FLAGS))
 $(FUZZER_OBJ): build/host-fuzz/obj/%.o: %.cpp
