@@ -14,7 +14,7 @@ namespace gpom
 enum HitState : uint16_t {
     kNoHit,       ///< The beam has no hit, or lost it.
     kProvisional, ///< It contradicts earlier scans or its own scan, and is not confirmed yet.
-    kPast,        ///< Scans of several times saw through it. Something may be there, but not sure.
+    kPast,        ///< Scans of several times saw through it. It may still be there.
     kStanding
 };
 

@@ -29,8 +29,8 @@ constexpr uint32_t kRebuildMin = 32;
 /// The phases of building the trees, in their order.
 enum class BuildPhase : uint32_t { kIdle, kListHits, kSplitHits, kListFree, kSplitFree };
 
-/// Number of consecutive ids whose recent beams share a box. Such beams are mostly neighbours in a
-/// scan.
+/// Number of consecutive ids whose recent beams share a box. These beams are mostly neighbours in
+/// a scan.
 constexpr uint32_t kRecentBlock = 16;
 
 /// Beams with the ids [kRecentBlock number, kRecentBlock (number + 1)).

@@ -141,9 +141,9 @@ template <class F> struct NearestK {
     }
 };
 
-/// Squared distance that includes the k nearest after the queries moved. `worst` included them
-/// before. The distance of an item grows by no more than its query moved. A little is added for
-/// rounding. If that is not enough, NearestK::has_all() is false.
+/// The squared distance within which the k nearest are after the queries moved. Before, they were
+/// within `worst`. The distance from a query to an item grows by no more than the query moved. A
+/// little is added for rounding. If this margin is too small, NearestK::has_all() is false.
 template <class F> inline F reach2_after(F worst, const Offset<F> &move)
 {
     const F reach_m = lane::sqrt(worst) + lane::sqrt(move.distance2());

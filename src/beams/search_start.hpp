@@ -1,6 +1,6 @@
 /// \file search_start.hpp
-/// Search starts. Queries near each other do not search a tree from its root. Their searches start
-/// at the subtrees that may hold neighbours of one of the queries.
+/// A search start: the subtrees of a tree that may hold neighbours of queries near each other. The
+/// searches of these queries start at the subtrees and not at the root of the tree.
 #pragma once
 
 #include "src/beams/nearest.hpp"

@@ -8,8 +8,8 @@
 namespace gpom
 {
 
-/// Noise variance of an absent point. Every covariance is negligible beside it in float32: the row
-/// of L of an absent point is about 1e-15 k, and the point adds about 1e-30 to mean and variance.
+/// Noise variance of an absent point. Every covariance is negligible beside it in float32. The row
+/// of L of an absent point is about 1e-15 k. The point adds about 1e-30 to mean and variance.
 constexpr float kAbsentNoise = 1e30f;
 
 /// The points around a query in each lane: first hits (label +1), then free points (label -1).

@@ -4,8 +4,8 @@
 /// (SuiteSparse: AMD and LDL).
 ///
 /// The hot path is compiled for several instruction sets, each time in another namespace. The code
-/// here is compiled once. All of them call it, so that its names are outside of namespaces, as in
-/// hot_path.hpp.
+/// here is compiled once and is called from each of these namespaces. So its names are outside of
+/// namespaces, as in hot_path.hpp.
 #pragma once
 
 #include <stddef.h>
@@ -67,6 +67,8 @@ constexpr size_t gpom_sparse_bytes(size_t n) { return gpom_sparse_layout_of(n).t
 ///
 ///     P (K + N) P^T = L D L^T,  v = L^-1 P k*,  u = L^-1 P y
 ///     mean = sum of v u / D,  variance = k** - sum of v^2 / D
+///
+/// P puts the points into the order of elimination.
 ///
 /// Cost: O(n log n + nonzeros of K) to assemble, and one multiply-add for each pair of nonzeros in
 /// a column of L: at worst n^3 / 6.

@@ -6,7 +6,7 @@
 #include "gpom/query.h"
 
 #ifndef GPOM_DISPATCH
-#define GPOM_DISPATCH 0 ///< 1: an x86-64 library that also holds AVX2 and AVX-512.
+#define GPOM_DISPATCH 0 ///< 1: an x86-64 library with code for AVX2 and AVX-512 too.
 #endif
 
 struct gpom_point_list {

@@ -10,8 +10,8 @@
 namespace gpom
 {
 
-/// The points of one scan among the points that one lane has chosen so far: their number, the place
-/// of the last point, and the place of the point before it.
+/// The points of one scan among the points that one lane has chosen so far: how many there are, and
+/// the places of the last two.
 struct OfScan {
     uint32_t n, last, before;
 };
