@@ -1,5 +1,6 @@
 /// \file arena.hpp
-/// Carve the caller's memory once. Layouts are constexpr functions of byte offsets; see MapLayout.
+/// Divides the caller's memory into arrays, once. A constexpr layout function computes the byte
+/// offset of each array (example: map_layout() in map.hpp).
 #pragma once
 
 #include <stddef.h>
@@ -15,7 +16,7 @@ constexpr size_t align_up(size_t bytes, size_t alignment)
 
 constexpr size_t align8(size_t bytes) { return align_up(bytes, 8); }
 
-/// Address `offset` bytes into `mem` as an array of T.
+/// The array of T that starts `offset` bytes after `mem`.
 template <class T> T *carve(void *mem, size_t offset)
 {
     return reinterpret_cast<T *>(static_cast<unsigned char *>(mem) + offset);

@@ -1,5 +1,5 @@
 /// \file assert.hpp
-/// Internal contracts. On in every test build (GPOM_ASSERTS=1), absent in a release.
+/// Checks of internal contracts. Every test build has them (GPOM_ASSERTS=1), a release has none.
 #pragma once
 
 #if GPOM_ASSERTS

@@ -1,5 +1,5 @@
 /// \file check.hpp
-/// Comparisons of numbers from outside. A NaN fails each of them.
+/// Checks of numbers that come from outside the library. A NaN fails each check.
 #pragma once
 
 #include <float.h>

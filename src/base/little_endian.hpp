@@ -1,5 +1,6 @@
 /// \file little_endian.hpp
-/// Numbers in stored records: low byte first on every processor, floats as their IEEE 754 bits.
+/// Writes and reads the numbers of stored records. The low byte comes first on every processor. A
+/// float is stored as its IEEE 754 bits.
 #pragma once
 
 #include <stddef.h>
@@ -15,7 +16,7 @@ using BitsOf = std::conditional_t<
     kBytes == 1, uint8_t,
     std::conditional_t<kBytes == 2, uint16_t, std::conditional_t<kBytes == 4, uint32_t, uint64_t>>>;
 
-/// Writes one number after another. The caller knows that there is room.
+/// Writes one number after another. The caller makes sure that there is room.
 struct Encoder {
     uint8_t *at;
 
@@ -30,7 +31,8 @@ struct Encoder {
     }
 };
 
-/// Reads them back, so that one list of fields serves both directions.
+/// Reads one number after another. It is called like Encoder, so that one list of fields serves
+/// both directions.
 struct Decoder {
     const uint8_t *at;
 
@@ -46,7 +48,7 @@ struct Decoder {
     }
 };
 
-/// The next number of a type.
+/// Read the next number, which is of type T.
 template <class T> T take(Decoder &from)
 {
     T value;

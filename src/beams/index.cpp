@@ -8,14 +8,14 @@ namespace gpom
 namespace
 {
 
-/// Starting pays once so much has changed that searches notice.
+/// True if so many beams are recent, or so many parts vanished, that searches get slower.
 bool is_worth_building(const Index &index)
 {
     const uint32_t n_recent = index.next_id - index.free_tree.id_end;
     return n_recent >= kRebuildMin || index.n_vanished >= kRebuildMin + index.n_beams / 8;
 }
 
-/// The slot's beam has lost a part.
+/// Count a part that the slot's beam has lost. A slot whose beam has no part left becomes vacant.
 void vanish(Index &index, uint32_t slot)
 {
     Beam &beam = index.beams[slot];
@@ -27,7 +27,8 @@ void vanish(Index &index, uint32_t slot)
     }
 }
 
-/// Merge runs of `width` vacant slots in pairs, up to the slot `end`. Returns how many pairs.
+/// One pass of a merge sort of the list of vacant slots, up to the slot `end`. Sorted runs of
+/// `width` slots are merged in pairs. Returns the number of pairs.
 uint32_t merge_runs(Index &index, uint32_t width, uint32_t end)
 {
     uint32_t n_pairs = 0;
@@ -53,7 +54,8 @@ uint32_t merge_runs(Index &index, uint32_t width, uint32_t end)
     return n_pairs;
 }
 
-/// List the beams that have a part of this kind, until the budget or the store ends.
+/// List the slots of the beams that have this part, until the budget or the store ends. Returns the
+/// number of slots looked at.
 template <class Part> uint32_t list_some(Index &index, uint32_t budget)
 {
     KdTree &tree = index.spare;
@@ -75,7 +77,8 @@ void start_listing(Index &index, BuildPhase phase)
     index.spare.id_end = index.next_id;
 }
 
-/// The tree that was built takes the place of the old one, whose memory the next will use.
+/// The tree that was built takes the place of the old tree. The next build will use the memory of
+/// the old tree.
 void trade(KdTree &old, KdTree &built)
 {
     const KdTree kept = old;
@@ -83,7 +86,7 @@ void trade(KdTree &old, KdTree &built)
     built = kept;
 }
 
-/// One slice of listing or splitting; turns to the next phase when its own is done.
+/// Do one slice of listing or splitting. When a phase is complete, the next phase starts.
 uint32_t run_phase(Index &index, uint32_t budget)
 {
     const bool hits = index.phase == BuildPhase::kListHits || index.phase == BuildPhase::kSplitHits;
@@ -108,8 +111,8 @@ uint32_t run_phase(Index &index, uint32_t budget)
     return used;
 }
 
-/// A box seen from another origin, widened by what rounding may have moved its items; an empty one
-/// stays empty.
+/// A box relative to another origin. It is widened by the distance that rounding may have moved its
+/// items. An empty box stays empty.
 Box shifted(const Box &box, float dx_m, float dy_m)
 {
     if (box.x_min_m > box.x_max_m) {
@@ -150,7 +153,7 @@ void remember(Index &index, uint32_t slot)
     const Beam &beam = index.beams[slot];
     const uint32_t number = beam.id / kRecentBlock;
     RecentBlock &block = index.recent[number % index.n_recent_max];
-    if (beam.id % kRecentBlock == 0) { // what it held may be of ids before forget_all()
+    if (beam.id % kRecentBlock == 0) { // its old contents may belong to ids before forget_all()
         block = {};
         block.number = number;
         block.hits = empty_box();

@@ -1,13 +1,14 @@
 /// \file index.hpp
-/// The beams of a map and where to find them, while they come and go.
+/// The beams of a map, and the trees that find them while beams come and go.
 ///
-/// Two static KD-trees, over hits and over free segments, know the beams up to an id each; younger
-/// beams are recent, and every search looks at them one by one. When enough is recent or gone, the
-/// trees are built anew in slices: one after the other in the memory of a third, which then trades
-/// places with the old one. Searches are exact at every moment.
+/// There are two static KD-trees, one over hits and one over free segments. Each tree knows the
+/// beams up to an id. Younger beams are recent: every search looks at them one by one. When enough
+/// beams are recent or gone, the trees are built anew in slices, one tree after the other. Each is
+/// built in the memory of a third tree, which then trades places with the old tree. Searches are
+/// exact at every moment.
 ///
-/// A slot that a tree lists may have lost its beam and got another since; ids only grow, so that a
-/// beam whose id the tree does not know is not its own.
+/// A slot that a tree lists may have lost its beam and got another beam since. Ids only grow, so
+/// that the other beam has an id that the tree does not know, and the tree ignores the beam.
 #pragma once
 
 #include "src/beams/kdtree.hpp"
@@ -16,26 +17,27 @@
 namespace gpom
 {
 
-/// No slot.
+/// In place of a slot: none.
 constexpr uint32_t kNoSlot = UINT32_MAX;
 
-/// Ids stay below: the lanes compare them as signed numbers.
+/// All ids are less than this, because lanes compare ids as signed numbers.
 constexpr uint32_t kIdEnd = static_cast<uint32_t>(kNoId);
 
-/// Recent or vanished beams for which building is worth starting.
+/// With fewer recent beams or vanished parts than this, building does not start.
 constexpr uint32_t kRebuildMin = 32;
 
-/// What building is at.
+/// The phases of building the trees, in their order.
 enum class BuildPhase : uint32_t { kIdle, kListHits, kSplitHits, kListFree, kSplitFree };
 
-/// Ids that share a box while they are recent: neighbours in a scan, mostly.
+/// Number of consecutive ids whose recent beams share a box. These beams are mostly neighbours in
+/// a scan.
 constexpr uint32_t kRecentBlock = 16;
 
 /// Beams with the ids [kRecentBlock number, kRecentBlock (number + 1)).
 struct RecentBlock {
     uint32_t number;
     uint32_t slots[kRecentBlock];
-    Box hits, free; ///< Around the parts of the beams that were entered.
+    Box hits, free; ///< Boxes around all hits and free segments of the beams that were entered.
 };
 
 struct Index {
@@ -43,9 +45,9 @@ struct Index {
     uint32_t beam_max;
     uint32_t n_slots;      ///< Slots ever used: [0, n_slots).
     uint32_t n_beams;      ///< Slots that hold a beam.
-    uint32_t first_vacant; ///< First of the list of vacant slots (next_vacant()); kNoSlot ends it.
+    uint32_t first_vacant; ///< Start of the list of vacant slots (next_vacant()). kNoSlot ends it.
     uint32_t next_id;
-    uint32_t n_forgotten; ///< Times that all beams were forgotten.
+    uint32_t n_forgotten; ///< How often all beams were forgotten.
     RecentBlock *recent;  ///< The youngest blocks, each at number % n_recent_max.
     uint32_t n_recent_max;
     uint32_t n_vanished; ///< Parts removed since the last build started.
@@ -58,7 +60,7 @@ struct Index {
     TreeBuild build;
 };
 
-/// Most beams of one scan that are not indexed (scan.h).
+/// At most this many beams of one scan are recent (scan.h).
 constexpr uint32_t kUnindexedMax = 2048;
 
 /// Entries of Index::recent for a map of beam_max beams.
@@ -67,11 +69,11 @@ constexpr uint32_t recent_capacity(uint32_t beam_max)
     return (beam_max / 8 + kRebuildMin) / kRecentBlock + 1;
 }
 
-/// Forget all beams; ids start again at 0.
+/// Forget all beams. Ids start again at 0.
 void forget_all(Index &index);
 
-/// Put a beam into the store under the next id. The store must have room, and ids.
-/// Returns its slot.
+/// Put a beam into the store under the next id. Returns its slot. The store must have room, and
+/// next_id must be less than kIdEnd.
 uint32_t insert(Index &index, const Beam &beam);
 
 inline bool is_full(const Index &index)
@@ -82,32 +84,36 @@ inline bool is_full(const Index &index)
 /// Empty the entry of Index::recent at `i`.
 void reset_recent(Index &index, uint32_t i);
 
-/// Enter a beam of the store into its block of recent ones. Ids come one after the other.
+/// Enter a beam of the store into its block of recent beams. Beams must be entered in the order of
+/// their ids, without a missing id.
 void remember(Index &index, uint32_t slot);
 
-/// Take a part of a beam away. Without any part its slot is vacant.
+/// Remove a part of a beam, or both parts. If no part is left, the slot becomes vacant.
 void remove_hit(Index &index, uint32_t slot);
 void remove_free(Index &index, uint32_t slot);
 void remove_beam(Index &index, uint32_t slot);
 
-/// Sort the slots that became vacant since the first vacant one was `before`. A walk over a tree
-/// vacates them in the tree's order, but the slots of new beams must not depend on how far building
-/// the trees is. Cost: O(n log n) for n such slots.
+/// Sort the slots that became vacant since the first vacant slot was `before`. A walk over a tree
+/// vacates slots in the order of the tree. The slots of new beams must not depend on this order,
+/// because it depends on how far building the trees has come.
+/// Cost: O(n log n) for n slots that became vacant.
 void sort_vacated(Index &index, uint32_t before);
 
-/// The origin moves by (dx_m, dy_m): all coordinates follow, and what is being built is dropped.
+/// Move the origin by (dx_m, dy_m). All coordinates change to the new origin, and a build in
+/// progress is given up.
 void shift_origin(Index &index, float dx_m, float dy_m);
 
-/// Go on building, or start if it is worth it, for at most `budget` operations (see build_some();
-/// listing a slot is one). Returns those used; 0: nothing to do.
+/// Continue building for at most `budget` operations, or start if enough has changed. Operations
+/// are those of build_some() in kdtree.hpp, and each slot that is listed is one more. Returns the
+/// number of operations used. 0: there is nothing to build.
 uint32_t build_some(Index &index, uint32_t budget);
 
-/// Index all beams once those of one scan, from first_id on, that are not indexed are
-/// kUnindexedMax: each walk looks at them all, so that the cost of a long scan would grow with the
-/// square of its length.
+/// Build the trees over all beams if kUnindexedMax beams of the scan that begins at first_id are
+/// recent. Each walk looks at all recent beams, so that otherwise the cost of a long scan would
+/// grow with the square of its length.
 void index_long_scan(Index &index, uint32_t first_id);
 
-/// Start building whether it is worth it or not, dropping what was under way.
+/// Start building, even if little has changed. A build in progress is given up.
 void start_build(Index &index);
 
 inline bool is_building(const Index &index) { return index.phase != BuildPhase::kIdle; }
@@ -118,8 +124,8 @@ inline const KdTree &tree_of(const Index &index, const FreePart &) { return inde
 inline const Box &box_of(const RecentBlock &block, const HitPart &) { return block.hits; }
 inline const Box &box_of(const RecentBlock &block, const FreePart &) { return block.free; }
 
-/// Visit the slots of a block's beams whose ids are in a range, the youngest first, while
-/// visit(slot) is true. False if a visit was not.
+/// Visit the slots of the beams of a block whose ids are in a range, the youngest first. Visiting
+/// ends when visit(slot) returns false; then this returns false too.
 template <class Visit>
 bool for_each_of_block(const Index &index, const RecentBlock &block, const IdRange &ids,
                        const Visit &visit)
@@ -133,9 +139,10 @@ bool for_each_of_block(const Index &index, const RecentBlock &block, const IdRan
     return true;
 }
 
-/// Visit the slots of the recent beams that may have a part of this kind in touches(box), the
-/// youngest first, while visit(slot) is true: those in blocks whose box does, or, once the recent
-/// are more than the blocks hold, the whole store. False if a visit was not.
+/// Visit the slots of recent beams that may have a part of this kind, the youngest first. Only
+/// blocks are visited for whose box touches(box) is true. If there are more recent beams than the
+/// blocks hold, all recent beams are visited, in the order of their slots. Visiting ends when
+/// visit(slot) returns false; then this returns false too.
 template <class Part, class Touches, class Visit>
 bool for_each_recent(const Index &index, const Part &part, const Touches &touches,
                      const Visit &visit)
@@ -163,9 +170,9 @@ bool for_each_recent(const Index &index, const Part &part, const Touches &touche
     return true;
 }
 
-/// Visit the slots of a kind that may satisfy touches(box), while visit(slot) is true: those of the
-/// tree's boxes that do, then the recent ones. Visited slots hold a beam with this part. False if a
-/// visit was not.
+/// Visit the slots of all beams that have this part and may lie in a box for which touches(box) is
+/// true. Beams of the tree come first, then recent beams. Visiting ends when visit(slot) returns
+/// false; then this returns false too.
 template <class Part, class Touches, class Visit>
 bool walk(const Index &index, const Part &part, Subtree *stack, const Touches &touches,
           const Visit &visit)
@@ -197,11 +204,11 @@ bool walk(const Index &index, const Part &part, Subtree *stack, const Touches &t
     return for_each_recent(index, part, touches, visit_member);
 }
 
-/// True if a place is nearer than reach_m to a free segment.
+/// True if a free segment is nearer to a place than reach_m.
 bool is_near_free(const Index &index, Subtree *stack, const Point &at, float reach_m);
 
-/// The k nearest parts of one kind among all beams. Returns false if the walks down the tree did
-/// not suffice; recent beams are all looked at.
+/// Find the k nearest parts of one kind among all beams. Returns false if the walks down the tree
+/// were too few to find all of them. Recent beams are never missed.
 template <class F, class Part>
 bool search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const Part &part,
             const Walks &walks)

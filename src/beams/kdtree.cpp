@@ -8,7 +8,7 @@ namespace gpom
 namespace
 {
 
-/// The i_axis-th of the four coordinates of a segment's ends.
+/// One of the four coordinates of a segment's ends.
 float coordinate(const Segment &s, int i_axis)
 {
     switch (i_axis) {
@@ -23,7 +23,7 @@ float coordinate(const Segment &s, int i_axis)
     }
 }
 
-/// Take one more segment in.
+/// Enlarge the extents by one segment.
 void include(Extents &extents, const Segment &s)
 {
     for (int i_axis = 0; i_axis < 4; ++i_axis) {
@@ -54,7 +54,7 @@ int widest_axis(const Extents &extents)
     return widest;
 }
 
-/// Turn from the topmost subtree to what is left to do.
+/// The topmost subtree is done. Continue with the next one on the stack.
 void pop(TreeBuild &build)
 {
     --build.depth;
@@ -71,7 +71,8 @@ void push_children(TreeBuild &build)
     build.stack[build.depth++] = left_of(t);
 }
 
-/// The extents of all items are known: the node is ready, and its split can start.
+/// The extents of all items of the topmost subtree are known: store its box. A leaf is then done.
+/// Another subtree starts to split.
 void finish_extents(TreeBuild &build, KdTree &tree, const Stretch &slots)
 {
     const Subtree t = build.stack[build.depth - 1];

@@ -1,13 +1,14 @@
 /// \file kdtree.hpp
 /// Static KD-trees over one part of each beam, hits or free segments, in fixed arrays.
 ///
-/// The tree is balanced over leaves of kLeafSize beams and laid out in preorder without pointers: a
-/// node over m leaves has its left child, over m / 2 leaves, right behind it and its right child
-/// 2 (m / 2) places on. A node is only the bounding box of its items; leaf i holds the slots
-/// [kLeafSize i, kLeafSize (i + 1)), which name beams of the store.
+/// The tree is balanced, has leaves of kLeafSize beams, and is stored in preorder without pointers.
+/// Take a node over m leaves. Its left child is over m / 2 leaves and is the next node. Its right
+/// child is 2 (m / 2) nodes after it. A node is only the bounding box of its items. Leaf i holds
+/// the entries [kLeafSize i, kLeafSize (i + 1)) of `slots`, which are slots of the store.
 ///
-/// Splits halve the items at the median of the widest coordinate of their two ends: a segment is a
-/// point in four dimensions, a hit one in two (Bentley 1975).
+/// Each split halves the items at the median of a coordinate of their two ends: the coordinate with
+/// the widest extent. So a segment is a point in four dimensions, and a hit is a point in two
+/// (Bentley 1975).
 #pragma once
 
 #include "src/beams/beam.hpp"
@@ -21,26 +22,26 @@ namespace gpom
 {
 
 constexpr uint32_t kLeafSize = 8;
-/// Entries of the stack that walks and builds need; see GPOM_BEAM_MAX.
+/// Entries of the stack that a walk or a build needs, at most, for GPOM_BEAM_MAX beams.
 constexpr uint32_t kDepthMax = 24;
 
 constexpr uint32_t leaf_count(uint32_t n_items) { return (n_items + kLeafSize - 1) / kLeafSize; }
-/// Nodes of a tree, and one more so that the smallest has room.
+/// Room for the nodes of a tree. A tree over m leaves has 2 m - 1 nodes; one entry stays unused.
 constexpr uint32_t node_count(uint32_t n_items) { return 2 * leaf_count(n_items); }
 
-/// A segment's far end and closest point are computed with rounding errors of about 2^-23 of its
-/// length and coordinates; the box is widened by more than that, so that no box is ever farther
-/// than an item inside it.
+/// The far end and the closest point of a segment are computed with rounding errors of about 2^-23
+/// of its length and coordinates. A box is widened by more than these errors, so that a box is
+/// never farther away than an item inside it.
 constexpr float kBoxSlack = 1e-6f;
 
 struct Box {
     float x_min_m, y_min_m, x_max_m, y_max_m;
 };
 
-/// Around nothing.
+/// A box around nothing.
 inline Box empty_box() { return {FLT_MAX, FLT_MAX, -FLT_MAX, -FLT_MAX}; }
 
-/// Make a box large enough for one more segment.
+/// Enlarge a box by one segment.
 inline void include(Box &box, const Segment &s)
 {
     const Point end = end_of(s);
@@ -51,8 +52,9 @@ inline void include(Box &box, const Segment &s)
            lane::max(box.y_max_m, lane::max(s.y_m, end.y_m) + slack_m)};
 }
 
-/// True if two boxes come within reach_m of each other, in x and in y. All four comparisons at
-/// once: which of them fails first, no processor guesses.
+/// True if two boxes are at most reach_m apart in x, and at most reach_m apart in y. All four
+/// comparisons are computed without branches, because a processor cannot predict which of them
+/// fails first.
 inline bool are_near(const Box &a, const Box &b, float reach_m)
 {
     return (a.x_min_m <= b.x_max_m + reach_m) & (b.x_min_m <= a.x_max_m + reach_m) &
@@ -75,15 +77,15 @@ inline Subtree right_of(const Subtree &t)
 struct KdTree {
     const Beam *beams; ///< The store.
     Box *boxes;        ///< node_count(n_items).
-    uint32_t *slots;   ///< n_items indices into the beam store, leaf by leaf.
+    uint32_t *slots;   ///< n_items slots of the store, leaf by leaf.
     uint32_t n_items;
-    uint32_t id_end; ///< It knows the beams whose id is less; others in its slots are not its own.
+    uint32_t id_end; ///< The tree knows beams with smaller ids. It ignores others in its slots.
 };
 
 /// The whole tree.
 inline Subtree root_of(const KdTree &tree) { return {0, 0, leaf_count(tree.n_items)}; }
 
-/// Slots of a subtree: a stretch of KdTree::slots.
+/// The slots of a subtree: a stretch of KdTree::slots.
 struct Stretch {
     uint32_t first, n;
 };
@@ -108,30 +110,33 @@ struct Extent {
     }
 };
 
-/// Extents of the four coordinates of segments' ends, and how far rounding may reach.
+/// Extents of the four coordinates of segments' ends.
 struct Extents {
     Extent axis[4];
-    float slack_m = 0.0f;
+    float slack_m = 0.0f; ///< Greatest rounding error of an end (kBoxSlack).
 };
 
-/// Building a tree in slices: subtrees still to do, and the work on the topmost: first the extents
-/// of its items, then, unless it is a leaf, the selection of the median.
+/// State of building a tree in slices: a stack of the subtrees that are left to do. The topmost is
+/// worked on: first the extents of its items are computed, then, if it is not a leaf, the median is
+/// selected.
 struct TreeBuild {
     Subtree stack[kDepthMax];
     uint32_t depth;
     uint32_t i_item; ///< Items of the topmost subtree whose extents are known.
-    int i_axis;      ///< Axis it is split along.
+    int i_axis;      ///< Coordinate at which the topmost subtree is split.
     Extents extents;
     Selection selection;
 };
 
 inline bool is_done(const TreeBuild &build) { return build.depth == 0; }
 
-/// Start to build over the beams that tree.slots name.
+/// Start to build a tree over the beams in tree.slots.
 void start_build(TreeBuild &build, const KdTree &tree);
 
-/// Go on for at most `budget` operations, each an item looked at or a comparison. Returns those
-/// used: in all (3 n + n) log2(n / 8) on average, at most (kSplitsMax + 1) n log2(n / 8).
+/// Continue for at most `budget` operations: items looked at, and comparisons. Returns the number
+/// of operations used.
+/// Cost: all calls for one tree take (3 n + n) log2(n / 8) operations on average, and at most
+/// (kSplitsMax + 1) n log2(n / 8).
 uint32_t build_some(TreeBuild &build, KdTree &tree, const HitPart &part, uint32_t budget);
 uint32_t build_some(TreeBuild &build, KdTree &tree, const FreePart &part, uint32_t budget);
 

@@ -1,8 +1,9 @@
 /// \file nearest.hpp
-/// The k nearest hits and the k nearest points on free segments (eq. 10) for W queries at once.
+/// The k nearest hits and the k nearest points on free segments (eq. 10), for W queries at once.
 ///
-/// Exact, and ordered by (squared distance, id): whatever the order in which items are offered, the
-/// same k remain, so that a tree, a list, and any packet of queries agree.
+/// The result is exact and ordered by (squared distance, id). It does not depend on the order in
+/// which items are offered. So the result is the same for a tree, for a list, and for a query in
+/// any packet.
 #pragma once
 
 #include "src/beams/kdtree.hpp"
@@ -11,7 +12,7 @@
 namespace gpom
 {
 
-/// Squared distance and id of nothing: any beam ranks before it.
+/// Squared distance and id of an empty rank. Any beam ranks before it.
 constexpr float kNoDistance2 = 1e29f;
 constexpr int32_t kNoId = INT32_MAX;
 
@@ -24,14 +25,14 @@ template <class F> struct Offset {
     F distance2() const { return lane::fma(x_m, x_m, F(y_m * y_m)); }
 };
 
-/// What each lane found at one rank.
+/// The item that each lane found at one rank.
 template <class F> struct Found {
     using Ints = lane::IntOf<F>;
     F d2;
     Ints id;
-    Ints slot; ///< Its beam's index in the store, or -1.
+    Ints slot; ///< The slot of its beam in the store, or -1 if nothing was found.
 
-    /// True where this ranks before the other.
+    /// True in lanes where this item ranks before the other.
     auto operator<(const Found &other) const
     {
         if constexpr (lane::width<F> == 1) {
@@ -54,7 +55,7 @@ template <class M, class F> inline Found<F> select(M mask, const Found<F> &a, co
             lane::select(mask, a.slot, b.slot)};
 }
 
-/// The best k so far of each lane, ascending, in scratch memory.
+/// The k nearest items so far of each lane, the nearest first, in scratch memory.
 template <class F> struct NearestK {
     Found<F> *best;
     uint32_t k;
@@ -62,7 +63,8 @@ template <class F> struct NearestK {
 
     void clear() { clear(lane::splat<F>(kNoDistance2)); }
 
-    /// Start anew and look no farther than this: the k nearest are believed to be within.
+    /// Start anew with a bound: items farther than d2_max are not taken. The caller expects the k
+    /// nearest within the bound; has_all() checks this.
     void clear(F d2_max)
     {
         n = 0;
@@ -72,7 +74,7 @@ template <class F> struct NearestK {
         }
     }
 
-    /// Insert an item where it ranks: those behind it move on, the last is gone.
+    /// Insert an item at its rank. Items behind it move on by one rank; the last one is lost.
     void offer(const Found<F> &item)
     {
         Found<F> *place = best + (n < k ? n++ : k - 1);
@@ -91,7 +93,7 @@ template <class F> struct NearestK {
         }
     }
 
-    /// True if a lane has an item at the same distance in a rank up to `last`.
+    /// True if a lane has an item at the same distance among the ranks up to `last`.
     bool has_equal(F d2, const Found<F> *last) const
     {
         uint32_t equal = 0;
@@ -101,8 +103,8 @@ template <class F> struct NearestK {
         return equal != 0;
     }
 
-    /// Insert an item into the ranks up to `place`, over all of them: of many lanes one has far to
-    /// go. No distance is equal to its own.
+    /// Insert an item into the ranks up to `place`. No item there may have the same distance. The
+    /// loop passes all ranks: with many lanes, the item usually ranks early in one of them.
     void insert(const Found<F> &item, Found<F> *place)
     {
         for (; place != best; --place) {
@@ -117,7 +119,7 @@ template <class F> struct NearestK {
         *place = select(item.d2 < place->d2, item, *place);
     }
 
-    /// The same where ids may have to decide.
+    /// The same as insert(), if items may have the same distance. Their ids then decide.
     [[gnu::noinline]] void insert_by_id(const Found<F> &item, Found<F> *place)
     {
         auto beats = item < *place;
@@ -131,7 +133,7 @@ template <class F> struct NearestK {
 
     F worst() const { return best[k - 1].d2; }
 
-    /// False if a lane was not to look any farther and has found fewer than k.
+    /// False if a lane has a bound and found fewer than k items within it.
     bool has_all() const
     {
         const Found<F> &last = best[k - 1];
@@ -139,9 +141,9 @@ template <class F> struct NearestK {
     }
 };
 
-/// The squared distance within which the k nearest are once the queries have moved, if they were
-/// within `worst` before: none is farther by more than the queries moved. Rounding may take more
-/// than the little that is added here; NearestK::has_all() tells.
+/// The squared distance within which the k nearest are after the queries moved. Before, they were
+/// within `worst`. The distance from a query to an item grows by no more than the query moved. A
+/// little is added for rounding. If this margin is too small, NearestK::has_all() is false.
 template <class F> inline F reach2_after(F worst, const Offset<F> &move)
 {
     const F reach_m = lane::sqrt(worst) + lane::sqrt(move.distance2());
@@ -149,13 +151,13 @@ template <class F> inline F reach2_after(F worst, const Offset<F> &move)
     return lane::select(worst < none, F(1.0001f * (reach_m * reach_m)), none);
 }
 
-/// The same segment, or each lane's own.
+/// One segment in each lane: the same in all lanes, or a different one in each lane.
 template <class F> struct SegmentLanes {
     F x_m, y_m, dir_x, dir_y, length_m;
 };
 
-/// From the queries `at` to the closest point of a segment (eq. 10): the foot of the perpendicular,
-/// kept on the segment.
+/// Vector from each query `at` to the closest point of a segment (eq. 10). The closest point is the
+/// foot of the perpendicular. If the foot is outside the segment, it is an end of the segment.
 template <class F> inline Offset<F> to_segment(const Offset<F> &at, const SegmentLanes<F> &s)
 {
     const F x_m = at.x_m - s.x_m;
@@ -186,7 +188,7 @@ template <class F> inline F distance2(const Offset<F> &at, const FreePart &part,
     return to_segment(at, splat<F>(part(beam))).distance2();
 }
 
-/// For a hit of no depth the same number with fewer operations.
+/// The same for a hit. A hit of depth 0 takes fewer operations, with the same result.
 template <class F> inline F distance2(const Offset<F> &at, const HitPart &part, const Beam &beam)
 {
     const Segment hit = part(beam);
@@ -196,7 +198,7 @@ template <class F> inline F distance2(const Offset<F> &at, const HitPart &part, 
     return Offset<F>{hit.x_m - at.x_m, hit.y_m - at.y_m}.distance2();
 }
 
-/// Squared distance to a box.
+/// Squared distances from the queries to a box.
 template <class F> inline F box_distance2(const Box &box, F x_m, F y_m)
 {
     const F near_x = lane::clamp(x_m, lane::splat<F>(box.x_min_m), lane::splat<F>(box.x_max_m));
@@ -206,26 +208,26 @@ template <class F> inline F box_distance2(const Box &box, F x_m, F y_m)
     return lane::fma(dx, dx, F(dy * dy));
 }
 
-/// How far to look into boxes for items at a squared distance of at most d2: more by what rounding
-/// may take from an item's computed distance.
+/// Squared distance up to which boxes must be searched for items at most d2 away. It is a little
+/// more than d2, because the computed distance of an item may be rounded down.
 template <class F> inline F box_reach2(F d2) { return 1.000001f * d2; }
 
-/// Ids from `first` up to, not including, `end`.
+/// Ids from `first` up to `end`, without `end`.
 struct IdRange {
     uint32_t first, end;
 
     bool has(uint32_t id) const { return id - first < end - first; }
 };
 
-/// A slot of the store as a tree or list names it.
+/// A slot of the store in a tree or a list.
 struct Listed {
     const Beam *beams;
     uint32_t slot;
-    IdRange ids; ///< Of the beams that it may mean.
+    IdRange ids; ///< Ids of the beams that the tree or list knows.
 };
 
-/// Offer one part of a beam at squared distances d2, if a query may see it and its id is in range:
-/// a slot may have got another beam since it was listed.
+/// Offer one part of a beam at the squared distances d2, if queries see the part and the id of the
+/// beam is in range. The slot may hold another beam since it was listed.
 template <class Part, class F>
 inline void offer_at(NearestK<F> &nearest, F d2, const Listed &listed)
 {
@@ -237,14 +239,15 @@ inline void offer_at(NearestK<F> &nearest, F d2, const Listed &listed)
     }
 }
 
-/// The same, not inlined: in a search for many lanes it would take all registers.
+/// The same as offer_at(), but not inlined: inlined in a search for many lanes, it would take all
+/// registers.
 template <class Part, class F>
 [[gnu::noinline]] void offer_apart(NearestK<F> &nearest, F d2, const Listed &listed)
 {
     offer_at<Part>(nearest, d2, listed);
 }
 
-/// Offer one part of a beam if a lane wants it.
+/// Offer one part of a beam if it is near enough in any lane.
 template <class F, class Part>
 inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
                        const Listed &listed)
@@ -255,9 +258,9 @@ inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &pa
     }
 }
 
-/// How promising a box is to one query: the less the earlier it is looked into. The boxes of hits
-/// are told apart by their distance; those of free segments, which often cover each other and the
-/// query, by that of their centres.
+/// The order in which boxes are searched for one query: the smaller number comes first. For hits
+/// the number is the squared distance of the box. Boxes of free segments often overlap and contain
+/// the query, so that their number is 4 times the squared distance of the box's centre.
 inline float priority(const HitPart &, const Box &box, const Point &at)
 {
     return box_distance2(box, at.x_m, at.y_m);
@@ -270,11 +273,11 @@ inline float priority(const FreePart &, const Box &box, const Point &at)
     return lane::fma(twice_x, twice_x, twice_y * twice_y);
 }
 
-/// A part of a tree and whether a lane may find something in it.
+/// A subtree that may be searched.
 template <class F> struct Prospect {
     Subtree subtree;
-    F d2;           ///< To its box.
-    float priority; ///< Of the packet's first query.
+    F d2;           ///< Squared distances from the queries to its box.
+    float priority; ///< priority() for the first query of the packet.
 };
 
 template <class F, class Part>
@@ -288,8 +291,9 @@ inline Prospect<F> prospect(const KdTree &tree, const Offset<F> &at, const Part 
 
 /// Offer the beams of a leaf.
 ///
-/// Whether any of many lanes wants a beam cannot be foreseen, and a branch for each would often be
-/// mispredicted: all distances come first, then the beams that were wanted, bit by bit.
+/// With many lanes, a processor cannot predict whether a beam is near enough in any lane, so that a
+/// branch for each beam would be slow. The function computes the distances of all beams first. Then
+/// it offers the beams that are near enough, bit by bit.
 template <class F, class Part>
 inline void offer_leaf(NearestK<F> &nearest, const Offset<F> &at, const Part &part,
                        const KdTree &tree, const Subtree &leaf)
@@ -317,28 +321,31 @@ inline void offer_leaf(NearestK<F> &nearest, const Offset<F> &at, const Part &pa
     }
 }
 
-/// What a search has still to do: walks down to the leaves, each from a subtree on.
+/// The walks that a search has left. Each walk goes from a subtree of the stack down to a leaf.
 struct Walks {
-    Subtree *stack; ///< Room for kDepthMax more than at the start.
-    uint32_t depth; ///< Subtrees still to search, the topmost next; none is a part of another.
-    uint32_t n_max; ///< How many walks it may take.
+    Subtree *stack; ///< Has room for kDepthMax entries more than `depth`.
+    uint32_t depth; ///< Subtrees on the stack, the topmost is next. None is a part of another.
+    uint32_t n_max; ///< Number of walks that the search may take.
 };
 
-/// To search a whole tree.
+/// The walks of a search of a whole tree.
 inline Walks from_root(const KdTree &tree, Subtree *stack, uint32_t n_max = UINT32_MAX)
 {
     stack[0] = root_of(tree);
     return {stack, tree.n_items > 0 ? 1u : 0u, n_max};
 }
 
-/// Offer the beams of a tree: one search for all lanes, the child nearer to the packet's first
-/// query first, skipping boxes that no lane needs. At most every node and leaf is visited once, and
-/// in each walk at most one leaf and two nodes of each level.
+/// Offer the beams of a tree. There is one search for all lanes. It takes the child with the
+/// smaller priority() for the first query of the packet first, and skips boxes that no lane needs.
 ///
 /// at       the queries, relative to the map's origin.
-/// returns  false if walks.n_max walks did not suffice: nearer beams may have been missed.
+/// returns  false if walks.n_max walks were not enough: nearer beams may have been missed.
 ///
-/// Not inlined: twice in one function its inner loops run out of registers.
+/// Cost: at most one visit of each node and leaf; in each walk at most one leaf, and two nodes of
+/// each level.
+///
+/// Not inlined: if one function contained the code twice, the inner loops would run out of
+/// registers.
 template <class F, class Part>
 [[gnu::noinline]] bool search_tree(NearestK<F> &nearest, Offset<F> at, Part part, KdTree tree,
                                    Walks walks)

@@ -1,5 +1,5 @@
 /// \file noise.hpp
-/// Noise variances of a beam's points, by what is known of them.
+/// Noise variances of the points of a beam.
 #pragma once
 
 #include "src/beams/beam.hpp"
@@ -9,17 +9,18 @@ namespace gpom
 
 /// Noise variances of points whose places are known.
 struct Noise {
-    float seen; ///< Of a hit with counts: scans of several times returned from it.
-    float once; ///< Of one without counts: scans of one time saw it, or those against took them.
-    float past; ///< Of one that scans of several times saw through.
-    float free; ///< Of free points.
+    float seen; ///< Hits that scans of several times returned from (Beam::agreed > 0).
+    float once; ///< Hits that scans of one time saw, or that lost their last count (agreed 0).
+    float past; ///< Hits that scans of several times saw through.
+    float free; ///< Free points.
 };
 
-/// Excess of a past hit: of what it said, half the variance is left (scan.h: rho^2 = 1/2).
+/// Excess of a past hit. At its place, the hit explains half of the variance that it explained
+/// before (rho^2 = 1/2 in scan.h).
 constexpr float kPastExcess = 1.0f;
 
-/// Noise variance of a point whose place is uncertain from that of a known one and its beam's
-/// excess (scan.h).
+/// Noise variance of a point whose place is uncertain (scan.h). sn2 is the noise variance of a
+/// point whose place is known, and `excess` is Beam::excess.
 inline float raised(float sn2, float prior_variance, float excess)
 {
     return sn2 + excess * (sn2 + prior_variance);

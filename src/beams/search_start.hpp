@@ -1,6 +1,6 @@
 /// \file search_start.hpp
-/// Where the searches of queries near each other start: not at the root of a tree, but at those of
-/// its parts that one of them may have to look into.
+/// A search start: the subtrees of a tree that may hold neighbours of queries near each other. The
+/// searches of these queries start at the subtrees and not at the root of the tree.
 #pragma once
 
 #include "src/beams/nearest.hpp"
@@ -8,29 +8,30 @@
 namespace gpom
 {
 
-/// Parts of a search start. Where more would be needed, subtrees stay whole.
+/// Greatest number of parts of a search start. If more parts were needed, some subtrees are not
+/// divided further.
 constexpr uint32_t kStartPartsMax = 64;
 
-/// A search start covers more than its first packet needs: its margin, in parts of the packet's
-/// reach.
+/// A search start covers a margin around the area that its first packet needs. The width of the
+/// margin is this times the reach of the packet.
 constexpr float kStartMargin = 0.5f;
 
-/// The places within reach_m of queries.
+/// In each lane, the places at most reach_m away from the query `at`.
 template <class F> struct Vicinity {
     Offset<F> at;
     F reach_m;
 };
 
-/// Subtrees that hold every item of a tree within an area. Those nearest to its middle come about
-/// first.
+/// Subtrees that hold every item of a tree within an area. The subtrees near the middle of the area
+/// come first, approximately.
 struct SearchStart {
     Subtree *parts; ///< kStartPartsMax entries.
     uint32_t n;
-    float reach_m; ///< Of the packet that it was found for.
+    float reach_m; ///< Greatest reach of the packet that it was found for.
     Box area;
 };
 
-/// The greatest element.
+/// The greatest element of all lanes.
 template <class F> inline float greatest(F lanes)
 {
     Extent extent;
@@ -40,8 +41,8 @@ template <class F> inline float greatest(F lanes)
     return extent.high;
 }
 
-/// True if the search start holds all items in a vicinity, and not too many others. Rounding takes
-/// less than reach2_after() and kBoxSlack add.
+/// True if the search start holds all items in a vicinity, and not too many others. Rounding errors
+/// here are smaller than the margins that reach2_after() and kBoxSlack add.
 template <class F> inline bool suits(const SearchStart &start, const Vicinity<F> &v)
 {
     const Box &area = start.area;
@@ -51,14 +52,15 @@ template <class F> inline bool suits(const SearchStart &start, const Vicinity<F>
     return !is_beyond && lane::any(2.0f * v.reach_m > start.reach_m);
 }
 
-/// True if finding a search start pays: packets that move on like this one will use it.
+/// True if finding a search start saves time, because the next packets can use it too. The next
+/// packets are expected to move as far as this one did.
 template <class F> inline bool is_worth_finding(const Vicinity<F> &v, F move_m)
 {
     return 2.0f * greatest(move_m) < kStartMargin * greatest(v.reach_m);
 }
 
-/// Walks over the parts of a search start, the first part first. The stack has room for the parts
-/// and for one walk.
+/// The walks of a search of the parts of a search start, the first part first. The stack has room
+/// for the parts and for one walk.
 inline Walks from_start(const SearchStart &start, Subtree *stack, uint32_t n_max)
 {
     for (uint32_t i = 0; i < start.n; ++i) {
@@ -67,10 +69,12 @@ inline Walks from_start(const SearchStart &start, Subtree *stack, uint32_t n_max
     return {stack, start.n, n_max};
 }
 
-/// Find the leaves, or if they are too many the subtrees, that hold all items in a vicinity and a
-/// margin around it. Looks at no more than 2 kStartPartsMax boxes of each level.
+/// Find the leaves that hold all items in a vicinity and in a margin around it. If there are too
+/// many leaves, some parts are larger subtrees.
 ///
 /// stack   kDepthMax entries.
+///
+/// Cost: at most 2 kStartPartsMax boxes of each level.
 template <class F, class Part>
 inline void find_start(SearchStart &start, const KdTree &tree, const Part &part,
                        const Vicinity<F> &v, Subtree *stack)

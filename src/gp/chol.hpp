@@ -1,9 +1,10 @@
 /// \file chol.hpp
 /// Cholesky factor of a small covariance matrix, four rows at a time, on lanes.
 ///
-/// The factor stands in block rows of kTile rows, each a panel that is read from front to back: row
-/// 4 i + r, column p at panel_at(i) + 4 p + r. What is subtracted from a tile of 4 x 4 elements is
-/// summed in registers, so that of the rows above each element is read once for four.
+/// The factor is stored in block rows of kTile rows. Each block row is a panel that is read from
+/// front to back: row 4 i + r, column p is at panel_at(i) + 4 p + r. A tile of 4 x 4 elements stays
+/// in registers while products are subtracted from it. So each element of the panels is read once
+/// for four products.
 #pragma once
 
 #include "src/lane/lane.hpp"
@@ -19,17 +20,18 @@ constexpr size_t kTile = 4;
 
 constexpr size_t tile_count(size_t n) { return (n + kTile - 1) / kTile; }
 
-/// Where block row i begins. Those before it end on the diagonal: 4 x 4, 4 x 8, 4 x 12 elements ...
+/// Where block row i begins. Each block row ends on the diagonal, so that the block rows have
+/// 4 x 4, 4 x 8, 4 x 12 elements ...
 constexpr size_t panel_at(size_t i) { return kTile * kTile * (i * (i + 1) / 2); }
 
-/// L with A = L L^T. The diagonal is kept as its reciprocal; what stands above it is unspecified,
-/// and in a bad lane what follows its first bad pivot.
+/// L with A = L L^T. The diagonal holds reciprocals. Elements above the diagonal are unspecified.
+/// In a bad lane, all elements after the first bad pivot are unspecified too.
 template <class F> struct Factor {
     F *l;  ///< panel_at(tile_count(n)) lanes.
     F bad; ///< 0, or 1 in lanes where a pivot was not finite, normal and positive.
 };
 
-/// 4 x 4 elements in registers, by columns as in a panel.
+/// 4 x 4 elements in registers, stored by columns as in a panel.
 template <class F> struct Tile {
     F at[kTile][kTile];
 };
@@ -47,7 +49,7 @@ template <class F> inline Tile<F> load_tile(const F *panel)
     return tile;
 }
 
-/// Columns [first, end) of tile - A B^T over the first n columns of two panels.
+/// Columns [first, end) of tile - A B^T. A and B are the first n columns of two panels.
 template <size_t first, size_t end, class F>
 inline void subtract_from_columns(Tile<F> &tile, const F *a, const F *b, size_t n)
 {
@@ -62,7 +64,8 @@ inline void subtract_from_columns(Tile<F> &tile, const F *a, const F *b, size_t 
     }
 }
 
-/// tile - A B^T, half of the tile at a time where all of it does not fit in registers.
+/// tile - A B^T. If the tile does not fit in registers, its two halves are computed one after the
+/// other.
 template <class F> inline void subtract_products(Tile<F> &tile, const F *a, const F *b, size_t n)
 {
     constexpr bool fits = kTile * kTile < lane::registers<F>;
@@ -74,7 +77,7 @@ template <class F> inline void subtract_products(Tile<F> &tile, const F *a, cons
     }
 }
 
-/// The same for a tile on the diagonal, of which the lower triangle counts.
+/// tile - A A^T for a tile on the diagonal. Only the lower triangle is computed.
 template <class F> inline void subtract_squares(Tile<F> &tile, const F *a, size_t n)
 {
     for (size_t p = 0; p < n; ++p, a += kTile) {
@@ -88,7 +91,7 @@ template <class F> inline void subtract_squares(Tile<F> &tile, const F *a, size_
     }
 }
 
-/// tile L^-T for the triangle of a diagonal tile, put into its place in the panel.
+/// tile L^-T, where L is the triangle of a diagonal tile. The result is stored in the panel.
 template <class F> inline void solve_tile(Tile<F> &tile, const F *diagonal, F *panel)
 {
 #pragma GCC unroll 4
@@ -115,16 +118,17 @@ template <class F> inline void solve_tile(Tile<F> &tile, const F *diagonal, F *p
     }
 }
 
-/// Note where a pivot is bad. What its lane computes from then on is not used; that the division
-/// does not wait for this is worth 7 % of a solve of 16 points.
+/// Mark the lanes whose pivot is bad. Later results of a bad lane are not used. The division by the
+/// pivot does not wait for this check, which saves 7 % of the time of a solve of 16 points.
 template <class F> inline void check_pivot(F pivot, F &bad)
 {
     const auto good = (pivot >= FLT_MIN) & (pivot <= FLT_MAX); // a NaN fails both
     bad = lane::select(good, bad, lane::splat<F>(1.0f));
 }
 
-/// Factor a tile on the diagonal into its place in the panel. What a column takes away is
-/// (a / pivot) a', not l l': so the next pivot waits for a division, and for no root after it.
+/// Factor a tile on the diagonal and store the factor in the panel. A column subtracts
+/// (a / pivot) a' from the columns after it, not l l'. So the next pivot waits for a division, but
+/// not for a square root after the division.
 template <class F> inline void factor_tile(Tile<F> &tile, F *panel, F &bad)
 {
 #pragma GCC unroll 4
@@ -145,9 +149,10 @@ template <class F> inline void factor_tile(Tile<F> &tile, F *panel, F &bad)
     }
 }
 
-/// Block row i of L from block row i of A, which stands in its place, and the rows above (Golub
-/// and Van Loan, 4th ed., sec. 4.2, by blocks). Each element sees the products in the order of
-/// their columns, as in the unblocked algorithm. 8 (i + 1)^2 multiply-adds of four.
+/// Replace block row i of A by block row i of L (Golub and Van Loan, 4th ed., sec. 4.2, by blocks).
+/// The block rows above hold L already. Products are subtracted from an element in the order of
+/// their columns, as in the algorithm without blocks.
+/// Cost: 8 (i + 1)^2 multiply-adds of four elements.
 template <class F> inline void factor_block_row(Factor<F> &factor, size_t i)
 {
     F *const panel = factor.l + panel_at(i);
@@ -164,8 +169,9 @@ template <class F> inline void factor_block_row(Factor<F> &factor, size_t i)
     factor_tile(tile, place, factor.bad);
 }
 
-/// Elements 4 i to 4 i + 3 of u and v in L u = b and L v = c: in their place stand those of b and
-/// c, before them u and v. Each element of L is read once for both.
+/// Solve L u = b and L v = c for the elements 4 i to 4 i + 3 of u and v. On entry these elements
+/// hold b and c, and the elements before them hold u and v. Each element of L is read once for both
+/// systems.
 template <class F> inline void forward_block(const Factor<F> &factor, size_t i, F *u, F *v)
 {
     const F *a = factor.l + panel_at(i);

@@ -9,8 +9,9 @@
 namespace gpom
 {
 
-/// Eq. 7 with the square root that the paper's text lost (Rasmussen and Williams 2006, sec. 6.5):
-/// p = Phi((alpha mu + beta) / sqrt(1 + alpha^2 var)). `offset` is beta and what context adds.
+/// Eq. 7: p = Phi((alpha mu + beta) / sqrt(1 + alpha^2 var)). The square root is missing in the
+/// paper's text (Rasmussen and Williams 2006, sec. 6.5). `offset` is beta plus the terms of
+/// context.hpp.
 template <class F> inline F squash(const gpom_params_t &params, F mu, F var, F offset)
 {
     const F spread = lane::sqrt(F(1.0f + (params.alpha * params.alpha) * var));

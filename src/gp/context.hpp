@@ -1,6 +1,6 @@
 /// \file context.hpp
-/// What the chosen neighbours say beyond the Gaussian process: the axis along which the surface
-/// runs, and terms inside eq. 7. All of it is neutral by default (params.h).
+/// Extensions of the paper's model: the axis along which the surface runs, terms inside eq. 7, and
+/// neighbours that fade. All of them have no effect by default (params.h).
 #pragma once
 
 #include "src/gp/local_gp.hpp"
@@ -8,14 +8,17 @@
 namespace gpom
 {
 
-/// Beyond this distance context says nothing [m]; nearer, logarithms see 2 cm more.
+/// Greater distances count as this one [m]. The vote and the line have no effect at this distance.
 constexpr float kContextReach_m = 30.0f;
+/// Added to a distance before its logarithm is computed [m].
 constexpr float kLogFloor_m = 0.02f;
 
-/// So far behind a line of hits, or before it, its vote is sure [m].
+/// At this distance from the line through the hits the term `line` has 0.7 of its full size [m]
+/// (params.h).
 constexpr float kLineScale_m = 0.05f;
 
-/// Distance to a neighbour, or the reach if it is farther or absent.
+/// Distance to a neighbour. If the neighbour is farther than kContextReach_m or absent, the result
+/// is kContextReach_m.
 template <class F> inline F distance_of(const Neighbourhood<F> &points, size_t i)
 {
     const F x_m = points.x_m[i];
@@ -25,26 +28,28 @@ template <class F> inline F distance_of(const Neighbourhood<F> &points, size_t i
     return lane::select(points.noise[i] < kAbsentNoise, lane::min(d_m, reach_m), reach_m);
 }
 
-/// Added to the squared distance of a hit from the query where hits are weighted for their axis
-/// [m2]: a hit nearer than 0.1 m weighs little more than one at 0.1 m.
+/// Added to the squared distance between hit and query when the axis of the hits is computed [m2].
+/// So a hit nearer than 0.1 m weighs at most twice as much as a hit at 0.1 m.
 constexpr float kAxisSoftness_m2 = 0.01f;
 
-/// Divisors below this count as this: the sums of no hits at all [1], and distances over which a
-/// neighbour fades [m].
+/// Smaller divisors count as this one: the sum of weights if there are no hits [1/m2], and the
+/// distance over which a neighbour fades [m].
 constexpr float kDivisorMin = 1e-12f;
 
-/// Hits whose scatter is below this have no axis [m2].
+/// Hits with a smaller scatter have no axis [m2].
 constexpr float kScatterMin_m2 = 1e-12f;
 
-/// A query nearer to a hit than this stands on the hit [m].
+/// A query nearer to a hit than this is on the hit [m].
 constexpr float kOnHit_m = 1e-6f;
 
-/// Least weight of a neighbour: what is left of it is less than rounding, and its noise finite.
+/// Least weight of a neighbour. The effect of such a neighbour is less than rounding errors, and
+/// its noise is still finite.
 constexpr float kWeightMin = 1e-6f;
 
-/// Weight of a neighbour at the distance d_m: 1 up to from_m, 1 - t^2 beyond, t rising to 1 at
-/// end_m. With the noise that fading_noise() makes of it, an answer does not feel which neighbour
-/// is the last. If all are equally far away, all of them count.
+/// Weight of a neighbour at the distance d_m. Up to from_m the weight is 1. Beyond from_m it is
+/// 1 - t^2, where t rises from 0 at from_m to 1 at end_m. fading_noise() turns the weight into
+/// noise, so that an answer does not jump when another neighbour becomes the last one. If from_m,
+/// end_m and d_m are equal, the weight is 1.
 template <class F> inline F fading_weight(F d_m, F from_m, F end_m)
 {
     const F zero = lane::splat<F>(0.0f);
@@ -53,19 +58,20 @@ template <class F> inline F fading_weight(F d_m, F from_m, F end_m)
     return lane::max(F(1.0f - t * t), lane::splat<F>(kWeightMin));
 }
 
-/// Noise variance of a neighbour of this weight: of what it says of f at its place, the share w of
-/// the variance is left, as for a place that is not exactly known (noise.hpp: raised()).
+/// Noise variance of a neighbour of weight w. At its place, the neighbour explains w times the
+/// variance of f that it would explain with the weight 1. The same formula holds for a place that
+/// is not exactly known, with w = rho^2 (raised() in noise.hpp).
 template <class F> inline F fading_noise(F noise, float prior_variance, F weight)
 {
     return (noise + prior_variance) / weight - prior_variance;
 }
 
-/// Added to squared distances in facing() where neighbours fade [m2]: there the cosine turns over a
-/// few centimetres at a hit instead of all at once.
+/// Added to squared distances in facing() if neighbours fade [m2]. The cosine at a hit then turns
+/// over a few centimetres and does not jump.
 constexpr float kFacingSoftness_m2 = kLogFloor_m * kLogFloor_m;
 
-/// Cosine between a hit's beam and the way from the hit, at (x, y) from the query, to the query;
-/// 0 for a query on the hit.
+/// Cosine of the angle between a hit's beam and the direction from the hit to the query. The hit is
+/// at (x_m, y_m) relative to the query. The result is 0 if the query is on the hit.
 template <class F> inline F facing(F x_m, F y_m, F dir_x, F dir_y, float softness_m2)
 {
     const F d_m = lane::sqrt(F(lane::fma(x_m, x_m, F(y_m * y_m)) + softness_m2));
@@ -75,7 +81,8 @@ template <class F> inline F facing(F x_m, F y_m, F dir_x, F dir_y, float softnes
                         F(along_m / lane::max(d_m, F(kOnHit_m * one))));
 }
 
-/// How much a cosine counts: fades from 1 at the nearest hit to 0 at the reach.
+/// Factor of the vote and the line. It is 1 if the query is on the nearest hit, and falls to 0 if
+/// the nearest hit is kContextReach_m away.
 template <class F> inline F nearness(const Neighbourhood<F> &points)
 {
     return 1.0f - distance_of(points, 0) * (1.0f / kContextReach_m);
@@ -87,7 +94,7 @@ inline bool has_log_terms(const gpom_params_t &params)
            params.log_free_first != 0.0f || params.log_free_last != 0.0f;
 }
 
-/// Sum of the weighted log distances of the first and last neighbour of each kind.
+/// Sum of the weighted logarithms of distances to the first and last neighbour of each kind.
 template <class F> inline F log_terms(const gpom_params_t &params, const Neighbourhood<F> &points)
 {
     const float weights[] = {params.log_hit_first, params.log_hit_last, params.log_free_first,
@@ -102,7 +109,7 @@ template <class F> inline F log_terms(const gpom_params_t &params, const Neighbo
     return sum;
 }
 
-/// What is added to alpha mu in eq. 7 far from all beams.
+/// The number that is added to alpha mu in eq. 7 at places far from all beams.
 inline float prior_offset(const gpom_params_t &params)
 {
     const float logs =
@@ -111,15 +118,17 @@ inline float prior_offset(const gpom_params_t &params)
     return params.beta + params.beta_far + logs;
 }
 
-/// What eq. 7 needs of a query, beside alpha.
+/// The inputs of eq. 7 for a query, without alpha.
 template <class F> struct Evidence {
     Moments<F> moments;
-    F offset;
+    F offset; ///< Added to alpha mu.
 };
 
-/// With the squared distance to the nearest point, rho = 1 - d^2 / fade_m^2 or 0 is the correlation
-/// left between f at the query and what its neighbours tell: f is rho times theirs plus an
-/// independent part of variance (1 - rho^2) k**. From fade_m on it is the prior, to the last bit.
+/// The evidence of a query, faded with the distance d to its nearest point.
+///
+/// rho = 1 - d^2 / fade_m^2, at least 0, is the correlation between f at the query and the f that
+/// the neighbours predict. f is rho times the predicted f plus an independent part of variance
+/// (1 - rho^2) k**. From d = fade_m on the result is exactly the prior, to the last bit.
 template <class F>
 inline Evidence<F> faded(const gpom_params_t &params, float prior_variance, F nearest2_m2,
                          const Evidence<F> &near)
@@ -133,12 +142,13 @@ inline Evidence<F> faded(const gpom_params_t &params, float prior_variance, F ne
             far_offset + rho * (near.offset - far_offset)};
 }
 
-/// Weighted sums over the hits about a centre: of weights, offsets and products of offsets.
+/// Weighted sums over the hits: of weights, of offsets from a centre, and of products of offsets.
 template <class F> struct Sums {
     F weight, x, y, xx, xy, yy;
 };
 
-/// Hits near the query count most: their weights are divided by kAxisSoftness_m2 + d^2.
+/// The sums about the centre (x0_m, y0_m). The weight of each hit is divided by
+/// kAxisSoftness_m2 + d^2, where d is its distance from the query. So near hits count most.
 template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x0_m, F y0_m)
 {
     const F zero = lane::splat<F>(0.0f);
@@ -162,11 +172,11 @@ template <class F> inline Sums<F> sums_about(const Neighbourhood<F> &points, F x
     return sums;
 }
 
-/// The main axis v of the hits' scatter about their mean: v v^T = (1 + c, s; s, 1 - c) / 2. With r
-/// half the difference of the scatter's eigenvalues, r (c, s) = ((xx - yy) / 2, xy).
+/// The main axis v of the hits' scatter about their mean: v v^T = (1 + c, s; s, 1 - c) / 2. If r is
+/// half the difference of the scatter's eigenvalues, then r (c, s) = ((xx - yy) / 2, xy).
 template <class F> struct HitAxis {
     F c, s;
-    F narrow;   ///< 1 - sqrt(lambda_2 / lambda_1): 1 for hits on a line, 0 without an axis.
+    F narrow;   ///< 1 - sqrt(lambda_2 / lambda_1). 1: hits on a line. 0: no axis.
     F x_m, y_m; ///< The mean of the hits.
 };
 
@@ -191,8 +201,9 @@ template <class F> inline HitAxis<F> axis_of_hits(const Neighbourhood<F> &points
     return {difference * inv_r, cross * inv_r, lane::select(has_axis, narrow, zero), x_m, y_m};
 }
 
-/// How far the query is behind the line through the hits (params.h, `line`). With the normal's
-/// projection n n^T = (1 - c, -s; -s, 1 + c) / 2 neither its sign nor a branch is needed.
+/// How far the query is behind the line through the hits (params.h, `line`). The normal n of the
+/// line is used only in n n^T = (1 - c, -s; -s, 1 + c) / 2. So the function needs neither the sign
+/// of n nor a branch.
 ///
 /// beam_x, beam_y  the mean direction of the hits' beams.
 template <class F> inline F behind_line(const HitAxis<F> &axis, F beam_x, F beam_y)
@@ -205,8 +216,8 @@ template <class F> inline F behind_line(const HitAxis<F> &axis, F beam_x, F beam
     return axis.narrow * facing_t / lane::sqrt(spread2);
 }
 
-/// Shrink all coordinates along the hits' main axis v by f = 1 - a (1 - sqrt(lambda_2 / lambda_1)):
-/// x - (1 - f) v v^T x.
+/// Shrink all points along the hits' main axis v by the factor f = 1 - a (1 - sqrt(lambda_2 /
+/// lambda_1)), where a is the anisotropy. A point x becomes x - (1 - f) v v^T x.
 template <class F>
 inline void shrink_along_hits(const Neighbourhood<F> &points, const HitAxis<F> &axis,
                               float anisotropy)

@@ -1,9 +1,10 @@
 /// \file kernel.hpp
 /// Covariance functions k(x, x') on lanes.
 ///
-/// Each point is prepared once (feature()), so that a pair costs little: for the neural-network
-/// covariance the feature is the unit-ball vector h of eq. 4, k = sf2 asin(h . h'); for the
-/// stationary ones it is the position in length scales. The hot path computes in units of sf2.
+/// feature() prepares each point once, so that the covariance of a pair costs little. For the
+/// neural-network covariance the feature is the vector h of eq. 4, which lies in the unit ball;
+/// k = sf2 asin(h . h'). For a stationary covariance the feature is the position in length scales.
+/// The hot path computes in units of sf2.
 #pragma once
 
 #include "gpom/params.h"
@@ -12,7 +13,7 @@
 namespace gpom
 {
 
-/// The hyperparameters of the covariance, in the form the hot path wants.
+/// The hyperparameters of the covariance, in the form that the hot path uses.
 struct KernelConstants {
     float sf2;
     float bias;   ///< NN: sqrt(2 s0).
@@ -21,8 +22,12 @@ struct KernelConstants {
 
 constexpr float kLog2e = 1.44269504f;
 
-/// Units of position in a length scale, chosen so that the covariance needs no further factor:
-/// exp(-r / ell) is 2^-u for log2(e) units, exp(-(r / ell)^2 / 2) is 2^-u^2 for their half's root.
+/// How many units of position one length scale has. The number is chosen so that the covariance
+/// needs no further factor. u is a distance in these units.
+/// Matern-1/2: log2(e) units, so that exp(-r / ell) = 2^-u.
+/// Matern-3/2: sqrt(3) units, so that s = u.
+/// Squared exponential: sqrt(log2(e) / 2) units, so that exp(-(r / ell)^2 / 2) = 2^-(u^2).
+/// Neural network and Askey: 1 unit.
 constexpr float units_per_ell(int32_t kernel)
 {
     return kernel == GPOM_KERNEL_MATERN12   ? kLog2e
@@ -33,6 +38,8 @@ constexpr float units_per_ell(int32_t kernel)
 
 KernelConstants kernel_constants(const gpom_params_t &params);
 
+/// A prepared point. NN: (a, b, c) is h / sqrt(2) and d is (1 - |h|^2) / 2, see separation().
+/// Others: (a, b) is the position.
 template <class F> struct Feature {
     F a, b, c, d;
 };
@@ -53,9 +60,9 @@ inline Feature<F> feature(const KernelConstants constants, F x_m, F y_m)
     }
 }
 
-/// How far apart two features are: 1 - h . h' of eq. 4, or the squared distance.
+/// How far apart two features are. NN: 1 - h . h' of eq. 4. Others: the squared distance.
 ///
-/// The former without cancellation: with g = h / sqrt(2) and d = (1 - |h|^2) / 2 it is
+/// 1 - h . h' is computed without cancellation: with g = h / sqrt(2) and d = (1 - |h|^2) / 2, it is
 /// |g - g'|^2 + d + d'.
 template <gpom_kernel_t K, class F> inline F separation(const Feature<F> &p, const Feature<F> &q)
 {
@@ -69,7 +76,7 @@ template <gpom_kernel_t K, class F> inline F separation(const Feature<F> &p, con
     }
 }
 
-/// k(x, x') / sf2 of a separation.
+/// k(x, x') / sf2 of two points with this separation.
 template <gpom_kernel_t K, class F> inline F unit_covariance(F separation)
 {
     if constexpr (K == GPOM_KERNEL_NN) {
@@ -87,7 +94,7 @@ template <gpom_kernel_t K, class F> inline F unit_covariance(F separation)
     }
 }
 
-/// k(x, x) / sf2 from its feature.
+/// k(x, x) / sf2 of a point, from its feature.
 template <gpom_kernel_t K, class F> inline F unit_variance(const Feature<F> &p)
 {
     if constexpr (K == GPOM_KERNEL_NN) {
@@ -97,9 +104,11 @@ template <gpom_kernel_t K, class F> inline F unit_variance(const Feature<F> &p)
     }
 }
 
-/// k(x, x') / sf2 of a point with n others, one at every `stride` of `row`. On lanes in two passes:
-/// a processor looks some hundred operations ahead, and finds more to do at once in short chains of
-/// them. Askey's is short as it is.
+/// k(x, x') / sf2 of a point with n others. The results are `stride` elements apart in `row`.
+///
+/// On lanes the function makes two passes. A processor looks some hundred operations ahead, and can
+/// do more of them at once if the chains of dependent operations are short. The chain of the Askey
+/// covariance is short already.
 template <gpom_kernel_t K, class F>
 inline void unit_covariances(const Feature<F> own, const Feature<F> *others, size_t n, F *row,
                              size_t stride)
@@ -118,7 +127,7 @@ inline void unit_covariances(const Feature<F> own, const Feature<F> *others, siz
     }
 }
 
-/// k between two places on the x axis, for callers off the hot path.
+/// k(x, x') of two places on the x axis, for callers outside the hot path.
 float covariance_on_axis(const gpom_params_t &params, float x1_m, float x2_m);
 
 } // namespace gpom

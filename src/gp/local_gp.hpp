@@ -1,5 +1,5 @@
 /// \file local_gp.hpp
-/// The Gaussian process of one query's neighbourhood (eqs. 1-3 with the points of eq. 10).
+/// The Gaussian process of one query's neighbourhood: eqs. 1-3, with the points of eq. 10.
 #pragma once
 
 #include "src/gp/chol.hpp"
@@ -8,33 +8,36 @@
 namespace gpom
 {
 
-/// Noise variance of a point that is not there. Against it every covariance vanishes in float32:
-/// its row of L is about 1e-15 k, and what it adds to mean and variance is about 1e-30.
+/// Noise variance of an absent point. Every covariance is negligible beside it in float32. The row
+/// of L of an absent point is about 1e-15 k. The point adds about 1e-30 to mean and variance.
 constexpr float kAbsentNoise = 1e30f;
 
-/// n points about the query, hits (+1) first, then free points (-1).
+/// The points around a query in each lane: first hits (label +1), then free points (label -1).
 template <class F> struct Neighbourhood {
-    F *x_m, *y_m; ///< Relative to the query; room for whole tiles of points, as in the others.
+    F *x_m, *y_m; ///< Relative to the query. All arrays have room for whole tiles of points.
     F *noise;     ///< Noise variance, or kAbsentNoise.
-    F *weight;    ///< 1, or what is left of it where neighbours fade (context.hpp).
+    F *weight;    ///< 1, or less for a neighbour that fades (context.hpp).
     size_t n_hits, n_free;
 
     size_t n_tiles() const { return tile_count(n_hits + n_free); }
 };
 
-/// Working arrays of kTile n_tiles() elements beside the factor.
+/// Arrays for predict(): each has kTile n_tiles() elements. The factor has its own size.
 template <class F> struct GpWork {
     Feature<F> *features;
     F *u, *v;
     Factor<F> factor;
 };
 
+/// Mean and variance at a query. bad: 1 in lanes whose matrix had a bad pivot, else 0.
 template <class F> struct Moments {
     F mean, variance, bad;
 };
 
-/// m equal points with equal labels are exactly one point whose precision is the sum of theirs;
-/// made one, they cannot spoil the factor's conditioning. O(n^2) comparisons; n <= 64.
+/// Merge equal points with equal labels. Such points are exactly equivalent to one point whose
+/// precision (1 / noise variance) is the sum of their precisions. After merging, the equal points
+/// cannot make the matrix badly conditioned.
+/// Cost: O(n^2) comparisons, n <= 64.
 template <class F> inline void merge_equal(F *x_m, F *y_m, F *noise, size_t n)
 {
     const F absent = lane::splat<F>(kAbsentNoise);
@@ -52,7 +55,7 @@ template <class F> inline void merge_equal(F *x_m, F *y_m, F *noise, size_t n)
     }
 }
 
-/// Fill the last tile with points that are not there.
+/// Fill the last tile with absent points.
 template <class F> inline void pad(const Neighbourhood<F> &points)
 {
     for (size_t i = points.n_hits + points.n_free; i < kTile * points.n_tiles(); ++i) {
@@ -61,7 +64,8 @@ template <class F> inline void pad(const Neighbourhood<F> &points)
     }
 }
 
-/// Block row i of (K + N) / sf2: covariances of four points with all before and each other.
+/// Block row i of (K + N) / sf2: the covariances of four points with each other and with all points
+/// before them.
 template <gpom_kernel_t K, class F>
 inline void covariance_block_row(const Feature<F> *features, const F *noise, F inv_sf2, size_t i,
                                  F *panel)
@@ -73,11 +77,13 @@ inline void covariance_block_row(const Feature<F> *features, const F *noise, F i
     }
 }
 
-/// Mean and variance at the query by forward substitution alone: with (K + N) / sf2 = L L^T,
-/// v = L^-1 k* / sf2, u = L^-1 y, the mean (eq. 2) is v . u and the variance (eq. 3)
-/// k** - sf2 v . v.
+/// Mean and variance at the query. The function needs forward substitution only:
 ///
-/// frame_x_m, frame_y_m  the query's coordinates in the covariance's frame; 0 in its own.
+///     (K + N) / sf2 = L L^T,  v = L^-1 k* / sf2,  u = L^-1 y
+///     mean (eq. 2) = v . u,  variance (eq. 3) = k** - sf2 v . v
+///
+/// frame_x_m, frame_y_m  the query's coordinates in the frame of the covariance. They are 0 in the
+///                       frame of the query.
 template <gpom_kernel_t K, class F>
 inline Moments<F> predict(const KernelConstants constants, const Neighbourhood<F> &points,
                           GpWork<F> &work, F frame_x_m, F frame_y_m)

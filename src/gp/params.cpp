@@ -34,16 +34,17 @@ namespace
 
 using gpom::is_between;
 
-/// Values that no float32 product of a few of them can overflow.
+/// Greatest value of most hyperparameters. A product of a few such values cannot overflow float32.
 constexpr float kMost = 1e6f;
 bool is_scale(float x) { return is_between(x, 1.0f / kMost, kMost); }
 
-/// Nearer to the free end of its own beam [m], a hit counts as in the same place.
+/// If a hit is nearer to the free end of its own beam than this [m], both count as one place.
 constexpr float kApart_m = 0.05f;
 
-/// Least noise that keeps a probability within 0.01 of its value in double: a covariance in float32
-/// is known to 6e-8, and the noise is what is left where two points of other labels are as one. A
-/// thousandth less than said, as texts have few digits.
+/// Least noise variance that keeps a probability within 0.01 of its value in double. The relative
+/// error of a covariance in float32 is 6e-8. If two points with different labels are almost in one
+/// place, only the noise separates them. The limits are 0.1 % below the documented ones, because a
+/// number that was read from text has few digits.
 float noise_floor(const gpom_params_t &p)
 {
     const bool is_rough = p.kernel == GPOM_KERNEL_MATERN12 || p.kernel == GPOM_KERNEL_ASKEY;

@@ -16,9 +16,9 @@ namespace
 
 constexpr uint32_t kMagic = 0x504d5047; // "GPMP" in the order of the bytes
 constexpr uint16_t kVersion = 4;
-constexpr uint16_t kVersionBefore = 3; // knew no n_fading, beta_far and line
+constexpr uint16_t kVersionBefore = 3; // without n_fading, beta_far and line
 
-/// The float fields in the record's order, which never changes within a version.
+/// The float fields in the order of the record. The order never changes within a version.
 constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
                                              &gpom_params_t::s0,
                                              &gpom_params_t::s1,
@@ -39,16 +39,17 @@ constexpr float gpom_params_t::*kFloats[] = {&gpom_params_t::sf2,
                                              &gpom_params_t::log_free_last,
                                              &gpom_params_t::fade_m,
                                              &gpom_params_t::sn2_once};
+/// The counts in the order of the record.
 constexpr uint16_t gpom_params_t::*kCounts[] = {&gpom_params_t::n_hits, &gpom_params_t::n_free,
                                                 &gpom_params_t::scan_points_max};
 
-/// What this version has more.
+/// The fields that the version before did not have.
 constexpr uint16_t gpom_params_t::*kNewCounts[] = {&gpom_params_t::n_fading};
 constexpr float gpom_params_t::*kNewFloats[] = {&gpom_params_t::beta_far, &gpom_params_t::line};
 
 template <class T, size_t n> constexpr uint32_t count_of(T (&)[n]) { return n; }
 
-// magic, version, kernel, frame, counts, floats, new counts, new floats, CRC
+// A record holds magic, version, kernel, frame, counts, floats, new counts, new floats, CRC.
 constexpr uint32_t kNewAt =
     kRecordHeadBytes + 1 + 1 + 2 * count_of(kCounts) + 4 * count_of(kFloats);
 static_assert(kNewAt + kRecordCrcBytes == kRecordBytesBefore, "a field of old is missing");
@@ -80,7 +81,8 @@ const char *problem_of_record(const uint8_t *record, size_t record_bytes)
     return nullptr;
 }
 
-/// New fields of a record of the version before stay neutral.
+/// Read the fields of a record. A record of the version before has no new fields: they keep their
+/// neutral default.
 gpom_params_t unpack(const uint8_t *record, size_t record_bytes)
 {
     gpom_params_t params;

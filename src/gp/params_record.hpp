@@ -1,6 +1,7 @@
 /// \file params_record.hpp
-/// Sizes of stored hyperparameters. New fields come at the end, before the CRC, and are neutral if
-/// all their bytes are 0: a record of the version before is the beginning of one of this version.
+/// Sizes of the record of hyperparameters. New fields are added at the end, before the CRC, and
+/// have no effect if all their bytes are 0. So the fields of a record of the version before are the
+/// first fields of a record of this version.
 #pragma once
 
 #include "gpom/params.h"
@@ -10,6 +11,6 @@ namespace gpom
 
 constexpr uint32_t kRecordHeadBytes = 4 + 2; ///< Magic and version.
 constexpr uint32_t kRecordCrcBytes = 4;
-constexpr uint32_t kRecordBytesBefore = 98; ///< Of the version before.
+constexpr uint32_t kRecordBytesBefore = 98; ///< Size of a record of the version before.
 
 } // namespace gpom

@@ -15,37 +15,39 @@ namespace gpom
 namespace
 {
 
-/// Columns of a symmetric matrix, both triangles: column j holds the entries [starts[j],
-/// starts[j + 1]) of rows and values.
+/// Both triangles of a symmetric matrix, by columns. Column j holds the entries [starts[j],
+/// starts[j + 1]) of `rows` and `values`.
 struct SparseMatrix {
     int *starts, *rows;
     double *values;
 };
 
-/// The same matrix as the graph of its nonzeros beside the diagonal, which AMD consumes.
+/// The graph of the nonzero elements of the same matrix, without its diagonal. AMD overwrites the
+/// graph.
 struct Graph {
     int *starts, *sizes, *neighbours;
     int n_edges, room;
 };
 
-/// The order of elimination, and where each point went.
+/// The order of elimination. permutation[i] is the point at place i; inverse[j] is the place of
+/// point j.
 struct Order {
     int *permutation, *inverse;
 };
 
-/// L with a unit diagonal, by columns, and D.
+/// L, by columns, with a diagonal of ones that is not stored, and D.
 struct SparseFactor {
     int *starts, *parents, *sizes, *rows;
     double *values, *d;
 };
 
-/// All that is carved from the caller's memory.
+/// All arrays that are carved from the caller's memory.
 struct SparseWork {
     SparseMatrix k;
     Graph graph;
     Order order;
     SparseFactor factor;
-    int *spare[6]; ///< Lists that AMD and LDL want for themselves.
+    int *spare[6]; ///< Working lists of AMD and LDL.
     double *y, *u, *v;
 };
 
@@ -81,7 +83,7 @@ double covariance_at(const gpom_compact_kernel &kernel, double dx_m, double dy_m
     return u > 0.0 ? static_cast<double>(kernel.sf2) * u * u * u : 0.0;
 }
 
-/// Put the points in the order of x, so that those near each other stand near (Shell sort with the
+/// Sort the points by x, so that points near each other are near in memory (Shell sort with the
 /// gaps of Ciura, 2001).
 void sort_by_x(gpom_sparse_point *points, size_t n)
 {
@@ -98,7 +100,8 @@ void sort_by_x(gpom_sparse_point *points, size_t n)
     }
 }
 
-/// K + N and its graph, column by column: a window along x slides over the points.
+/// Assemble K + N and its graph column by column. Points are sorted by x, so that a column needs to
+/// look only at the points that are at most ell_m away along x.
 void assemble(const gpom_compact_kernel &kernel, const gpom_sparse_system &system, SparseWork &work)
 {
     const gpom_sparse_point *const points = system.points;
@@ -134,7 +137,8 @@ void assemble(const gpom_compact_kernel &kernel, const gpom_sparse_system &syste
     graph.room = graph.n_edges + static_cast<int>(system.n_points);
 }
 
-/// Approximate minimum degree (Amestoy, Davis and Duff 1996), by the entry that allocates nothing.
+/// Find the order of elimination by approximate minimum degree (Amestoy, Davis and Duff 1996).
+/// amd_2() is the entry point that allocates nothing.
 void order_points(SparseWork &work, int n)
 {
     const Graph &graph = work.graph;
@@ -143,7 +147,8 @@ void order_points(SparseWork &work, int n)
           work.spare[4], nullptr, nullptr);
 }
 
-/// P (K + N) P^T = L D L^T (Davis 2005). False: not positive definite.
+/// Factor P (K + N) P^T = L D L^T (Davis 2005). Returns false if the matrix is not positive
+/// definite.
 bool factor(SparseWork &work, int n)
 {
     const SparseMatrix &k = work.k;

@@ -1,9 +1,11 @@
 /// \file sparse_gp.hpp
-/// The Gaussian process of one large neighbourhood whose covariance has compact support: most of
-/// K + N is zero, so that it is kept and factored as a sparse matrix (SuiteSparse: AMD and LDL).
+/// The Gaussian process of one large neighbourhood whose covariance has compact support. Most
+/// elements of K + N are zero, so that K + N is stored and factored as a sparse matrix
+/// (SuiteSparse: AMD and LDL).
 ///
-/// The hot path is compiled for several instruction sets, each in a namespace of its own; this is
-/// compiled once, and its names stand outside of namespaces as those of hot_path.hpp do.
+/// The hot path is compiled for several instruction sets, each time in another namespace. The code
+/// here is compiled once and is called from each of these namespaces. So its names are outside of
+/// namespaces, as in hot_path.hpp.
 #pragma once
 
 #include <stddef.h>
@@ -27,25 +29,24 @@ struct gpom_compact_kernel {
 
 struct gpom_sparse_moments {
     float mean, variance;
-    bool is_good; ///< K + N was positive definite; else mean and variance are the prior's.
+    bool is_good; ///< K + N was positive definite. If not: mean and variance of the prior.
 };
 
-/// The points of a query and the memory to solve with.
+/// The points of a query, and memory for the solve.
 struct gpom_sparse_system {
-    gpom_sparse_point *points; ///< n_points, none of them absent; their order is lost.
+    gpom_sparse_point *points; ///< n_points, none of them absent. The solve changes their order.
     size_t n_points;
-    void *mem; ///< gpom_sparse_bytes(n_points), 8-byte aligned.
+    void *mem; ///< gpom_sparse_bytes(n_points) bytes, 8-byte aligned.
 };
 
-/// Byte offsets of what a sparse solve of n points works with. In CSC form: columns of K + N begin
-/// at `starts`, row numbers and values follow each other. The graph that AMD consumes lies where L
-/// will.
+/// Byte offsets of the arrays of a sparse solve. K + N and L are in CSC form (compressed columns).
+/// The graph that AMD overwrites shares its memory with the values of L, which come later.
 struct gpom_sparse_layout {
     size_t values, l_values, vectors, rows, l_rows, lists, total;
 };
 
 constexpr size_t kSparseVectors = 4; ///< d, y, u, v.
-constexpr size_t kSparseLists = 13;  ///< Lists of n + 1 whole numbers.
+constexpr size_t kSparseLists = 13;  ///< Lists of n + 1 integers.
 
 constexpr gpom_sparse_layout gpom_sparse_layout_of(size_t n)
 {
@@ -62,10 +63,14 @@ constexpr gpom_sparse_layout gpom_sparse_layout_of(size_t n)
 
 constexpr size_t gpom_sparse_bytes(size_t n) { return gpom_sparse_layout_of(n).total; }
 
-/// Mean and variance at the query (eqs. 2 and 3): with P (K + N) P^T = L D L^T, v = L^-1 P k* and
-/// u = L^-1 P y, the mean is the sum of v u / D, the variance k** - sum of v^2 / D.
+/// Mean and variance at the query (eqs. 2 and 3), computed in double:
 ///
-/// In double. O(n log n + nonzeros of K) to assemble, then as many multiply-adds as L has pairs of
-/// nonzeros in a column; at worst n^3 / 6.
+///     P (K + N) P^T = L D L^T,  v = L^-1 P k*,  u = L^-1 P y
+///     mean = sum of v u / D,  variance = k** - sum of v^2 / D
+///
+/// P puts the points into the order of elimination.
+///
+/// Cost: O(n log n + nonzeros of K) to assemble, and one multiply-add for each pair of nonzeros in
+/// a column of L: at worst n^3 / 6.
 gpom_sparse_moments gpom_sparse_predict(const gpom_compact_kernel &kernel,
                                         const gpom_sparse_system &system);

@@ -1,8 +1,9 @@
 /// \file elementary.hpp
-/// Arcsine, exponentials, normal distribution function, sine and cosine in float32.
+/// Arcsine, exponentials, logarithm, normal distribution function, sine and cosine in float32.
 ///
-/// Own ones on every platform: C libraries differ in the last bits, and none works on lanes.
-/// tools/dev/fit_elementary.py prints coefficients and error bounds (weighted minimax fits).
+/// Every platform uses these functions and not those of its C library. C libraries differ in the
+/// last bits, and none of them works on lanes. tools/dev/fit_elementary.py prints the coefficients
+/// and error bounds (weighted minimax fits).
 #pragma once
 
 #include "src/lane/lane.hpp"
@@ -10,7 +11,7 @@
 namespace gpom
 {
 
-/// Polynomial by Horner's rule, lowest power first in c.
+/// Polynomial in x by Horner's rule. c holds the coefficient of the lowest power first.
 template <class F, int N> inline F horner(const float (&c)[N], F x)
 {
     F sum = lane::splat<F>(c[N - 1]);
@@ -21,7 +22,7 @@ template <class F, int N> inline F horner(const float (&c)[N], F x)
     return sum;
 }
 
-/// asin(1 - q) for 0 <= q <= 1: pi/2 + sqrt(q) P(q). Absolute error <= 2.8e-7.
+/// asin(1 - q) for 0 <= q <= 1, as pi/2 + sqrt(q) P(q). Absolute error <= 2.8e-7.
 template <class F> inline F acute_asin_of_complement(F q)
 {
     constexpr float kHalfPi = 1.57079637f;
@@ -30,8 +31,9 @@ template <class F> inline F acute_asin_of_complement(F q)
     return lane::fma(lane::sqrt(q), horner(kP, q), lane::splat<F>(kHalfPi));
 }
 
-/// asin(1 - q) for 0 <= q <= 2 from q itself, so that nothing is lost where the arcsine is
-/// steepest. A q rounded beyond 2 counts as one as far below it.
+/// asin(1 - q) for 0 <= q <= 2. The argument is q and not 1 - q, because 1 - q would lose digits
+/// near q = 0, where the arcsine is steepest. If rounding made q greater than 2, the function uses
+/// 4 - q, which is equally far below 2.
 template <class F> inline F asin_of_complement(F q)
 {
     const F mirrored = lane::abs(F(2.0f - q));
@@ -45,14 +47,15 @@ template <class F> inline F asin_of_complement(F q)
     }
 }
 
-/// exp(x) for x <= 0, 0 below -87 (no denormals): 2^n exp(f), Cody and Waite's reduction.
-/// Error <= 1.3 units in the last place. A NaN stays one, here and in the others.
+/// exp(x) for x <= 0, as 2^n exp(f) after Cody and Waite's reduction. Below x = -87 the result is
+/// 0, so that there are no denormal numbers. Error <= 1.3 units in the last place. A NaN gives a
+/// NaN, here, in exp2_negated() and in normal_cdf().
 template <class F> inline F exp_nonpositive(F x)
 {
     constexpr float kLog2e = 1.44269504f;
     constexpr float kLn2High = 0.693359375f;
     constexpr float kLn2Low = -0.000212194442f;
-    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: adding it rounds to an integer
+    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: a sum with it is rounded to an integer
     constexpr float kQ[] = {0.49999994f, 0.166665211f, 0.0416682735f, 0.00836868398f,
                             0.00138200796f};
     const F clamped = lane::select(x < -87.0f, lane::splat<F>(-87.0f), x);
@@ -64,21 +67,22 @@ template <class F> inline F exp_nonpositive(F x)
     return lane::select(x < -87.0f, lane::splat<F>(0.0f), scaled);
 }
 
-/// 2^-u for u >= 0, 0 from 127 on. Error <= 2.2 units in the last place up to 125, beyond 2^-126;
-/// 2^0 is 1. There is no case for 0: at 127 no bit of the exponent is left.
+/// 2^-u for u >= 0. From u = 127 on the result is 0. 2^0 is exactly 1. Error <= 2.2 units in the
+/// last place up to u = 125; beyond u = 125 the error is <= 2^-126. The result 0 needs no branch,
+/// because at u = 127 all bits of the exponent are 0.
 template <class F> inline F exp2_negated(F u)
 {
-    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: subtracting from it rounds to an integer
+    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: a difference is rounded to an integer
     constexpr float kP[] = {1.0f,          -0.693147004f,  0.240222469f,
                             -0.055507116f, 0.00967130065f, -0.00132692745f};
-    const F clamped = lane::smaller(lane::splat<F>(127.0f), u); // a NaN stays
+    const F clamped = lane::smaller(lane::splat<F>(127.0f), u); // a NaN stays a NaN
     const F shifted = kRound - clamped;
     const F f = clamped + (shifted - kRound);
     return lane::scale_exponent(horner(kP, f), lane::bits_of(shifted));
 }
 
-/// Natural logarithm of a positive, normal x: 2 atanh((m - 1) / (m + 1)) of the mantissa m by its
-/// series. Absolute error <= 4e-7 for 0.01 <= x <= 100.
+/// Natural logarithm of a positive, normal x = m 2^n, as n log(2) + 2 atanh((m - 1) / (m + 1)). The
+/// series of atanh is cut. Absolute error <= 4e-7 for 0.01 <= x <= 100.
 template <class F> inline F log_positive(F x)
 {
     constexpr float kLn2 = 0.693147181f;
@@ -93,8 +97,8 @@ template <class F> inline F log_positive(F x)
     return lane::fma(n, lane::splat<F>(kLn2), F(2.0f * s * horner(kSeries, F(s * s))));
 }
 
-/// Standard normal distribution function Phi(z). Absolute error <= 2.4e-7; the lower tail keeps a
-/// relative error <= 7e-6 down to z = -13.
+/// Standard normal distribution function Phi(z). Absolute error <= 2.4e-7. In the lower tail the
+/// relative error is <= 7e-6 down to z = -13.
 template <class F> inline F normal_cdf(F z)
 {
     constexpr float kScale = 0.259999990f;
@@ -106,11 +110,13 @@ template <class F> inline F normal_cdf(F z)
     return lane::select(z < 0.0f, tail, F(1.0f - tail));
 }
 
-/// Unit vector at `angle_rad`, |angle_rad| <= 1e6: error <= 1e-7 after reducing in double.
+/// A unit vector.
 struct Direction {
     float x, y;
 };
 
+/// Unit vector at the angle `angle_rad`, |angle_rad| <= 1e6. The angle is reduced to [-pi/4, pi/4]
+/// in double. Error <= 1e-7.
 inline Direction direction_of(double angle_rad)
 {
     constexpr double kTwoOverPi = 0.63661977236758134;

@@ -1,13 +1,15 @@
 /// \file lane.hpp
-/// W queries side by side: the scalar type of the hot path.
+/// The scalar type of the hot path: W queries side by side, one in each lane.
 ///
-/// One template serves every width. For W = 1 a lane is a plain float, so a microcontroller runs
-/// the same source as a PC; for W > 1 it is the compiler's vector type, whose operators work
-/// element by element on any instruction set. Each lane sees the operations that a scalar would,
-/// in the same order, so that a query's answer does not depend on its neighbours in the packet.
+/// One template serves every width W. For W = 1 the type is a plain float, so that a
+/// microcontroller runs the same source as a PC. For W > 1 the type is the compiler's vector type,
+/// whose operators work element by element on any instruction set. Each lane sees the same
+/// operations in the same order as a scalar. So the answer to a query does not depend on the other
+/// queries of its packet.
 ///
-/// The build sets GPOM_LANES (the width), GPOM_FMA (1: the processor fuses in one instruction) and
-/// GPOM_MINNUM (1: it has the minimum and maximum of IEEE 754 as instructions).
+/// The build sets three macros. GPOM_LANES is the width. GPOM_FMA is 1 if the processor multiplies
+/// and adds in one fused instruction. GPOM_MINNUM is 1 if the processor has the minimum and maximum
+/// of IEEE 754 as instructions.
 #pragma once
 
 #include <math.h>
@@ -32,7 +34,8 @@
 namespace gpom::lane
 {
 
-/// F: W floats. I, U: W integers of the same size. Comparisons of F give a mask for select().
+/// F is W floats. I and U are W integers of the same size. A comparison of two F gives a mask for
+/// select().
 template <int W> struct Lane {
     typedef float F __attribute__((vector_size(4 * W)));
     typedef int32_t I __attribute__((vector_size(4 * W)));
@@ -46,8 +49,8 @@ template <> struct Lane<1> {
 
 template <class F> constexpr int width = static_cast<int>(sizeof(F) / sizeof(float));
 
-/// How many F the registers hold. Those of x86 before AVX-512 are 16 of whatever width, and the
-/// compiler puts four plain floats in one.
+/// How many values of type F the vector registers hold. x86 before AVX-512 has 16 registers for
+/// every width. The compiler puts four plain floats in one register.
 template <class F>
 constexpr size_t registers =
 #if defined(__x86_64__) && !defined(__AVX512F__)
@@ -64,7 +67,7 @@ template <class F> inline F splat(float value)
     if constexpr (width<F> == 1) {
         return value;
     } else {
-        return value - F{}; // not a sum, which would lose the sign of -0
+        return value - F{}; // not value + F{}, because -0 + 0 is +0
     }
 }
 
@@ -97,12 +100,13 @@ template <class V, class T> inline void set(V &lanes, int i, T value)
     }
 }
 
-/// Of AVX-512's operations: in all lanes, in the rounding mode that is set.
+/// Arguments of AVX-512 operations: compute all lanes, in the rounding mode that is set.
 constexpr unsigned short kAllLanes = 0xffff;
 constexpr int kRoundAsSet = 4;
 
-/// To be called where the hot path ends: what AVX leaves in the upper parts of registers slows down
-/// all that the caller computes with SSE after it, and GCC does not clear them on every way out.
+/// Clear the upper parts of the AVX registers. Call this where the hot path ends. Upper parts that
+/// are not clear slow down the SSE code that the caller runs next, and GCC does not clear them on
+/// every way out.
 inline void clear_upper_parts()
 {
 #if defined(__AVX__)
@@ -113,12 +117,12 @@ inline void clear_upper_parts()
 /// mask ? a : b, lane by lane.
 template <class M, class V> inline V select(M mask, V a, V b) { return mask ? a : b; }
 
-/// Bit i set where the mask holds in lane i. x86 has an instruction for it, Arm one for the sum of
-/// all lanes, that the compiler does not find.
+/// Bit i is 1 if the mask is true in lane i. x86 has an instruction for this, and Arm has one that
+/// sums all lanes. The compiler finds neither of them, so that the code names them.
 template <class M> inline uint32_t bits_of_mask(M mask)
 {
     if constexpr (sizeof(M) <= sizeof(int)) {
-        return mask != 0 ? 1u : 0u; // a bool, or an int once combined
+        return mask != 0 ? 1u : 0u; // a bool, or an int after & or |
 #ifdef __aarch64__
     } else if constexpr (sizeof(M) == 16) {
         constexpr Lane<4>::U kBits = {1, 2, 4, 8};
@@ -146,11 +150,11 @@ template <class M> inline uint32_t bits_of_mask(M mask)
     }
 }
 
-/// True if the mask holds in any lane.
+/// True if the mask is true in any lane.
 template <class M> inline bool any(M mask) { return bits_of_mask(mask) != 0; }
 
-/// Bit i set where a <= b in lane i: for AVX-512 in one instruction, where GCC makes a vector of
-/// the comparison first.
+/// Bit i is 1 if a <= b in lane i. The code names the one instruction of AVX-512 for this, because
+/// GCC would first make a vector of the comparison.
 template <class F> inline uint32_t bits_where_le(F a, F b)
 {
 #if defined(__AVX512F__) && !defined(__clang__)
@@ -162,7 +166,7 @@ template <class F> inline uint32_t bits_where_le(F a, F b)
     return bits_of_mask(a <= b);
 }
 
-/// Bit i set where a == b in lane i.
+/// Bit i is 1 if a == b in lane i.
 template <class F> inline uint32_t bits_where_equal(F a, F b)
 {
 #if defined(__AVX512F__) && !defined(__clang__)
@@ -174,8 +178,9 @@ template <class F> inline uint32_t bits_where_equal(F a, F b)
     return bits_of_mask(a == b);
 }
 
-/// a > b ? a : b, so that of equal arguments, and of one and a NaN, it is b. x86 has an instruction
-/// for just this, which clang finds for lanes and GCC does not.
+/// a > b ? a : b. If a and b are equal, or if one of them is a NaN, the result is b. x86 has an
+/// instruction for exactly this. Clang finds the instruction for lanes, GCC does not, so that the
+/// code names it for GCC.
 template <class F> inline F larger(F a, F b)
 {
     if constexpr (width<F> == 1) {
@@ -197,7 +202,7 @@ template <class F> inline F larger(F a, F b)
     }
 }
 
-/// a < b ? a : b, likewise.
+/// a < b ? a : b. If a and b are equal, or if one of them is a NaN, the result is b.
 template <class F> inline F smaller(F a, F b)
 {
     if constexpr (width<F> == 1) {
@@ -219,7 +224,9 @@ template <class F> inline F smaller(F a, F b)
     }
 }
 
-/// Of equal arguments, and of one and a NaN, b; with GPOM_MINNUM of one and a NaN that one.
+/// The smaller of a and b. If they are equal, or if one of them is a NaN, the result is b. With
+/// GPOM_MINNUM and W = 1 the rule of IEEE 754 holds: if one of them is a NaN, the result is the
+/// other.
 template <class F> inline F min(F a, F b)
 {
     if constexpr (GPOM_MINNUM == 1 && width<F> == 1) {
@@ -229,6 +236,7 @@ template <class F> inline F min(F a, F b)
     }
 }
 
+/// The larger of a and b, by the same rules as min().
 template <class F> inline F max(F a, F b)
 {
     if constexpr (GPOM_MINNUM == 1 && width<F> == 1) {
@@ -238,7 +246,7 @@ template <class F> inline F max(F a, F b)
     }
 }
 
-/// x, but at most `high`, but at least `low`.
+/// x, but not more than `high` and not less than `low`.
 template <class F> inline F clamp(F x, F low, F high) { return max(min(x, high), low); }
 
 template <class F> inline IntOf<F> bits_of(F x)
@@ -264,7 +272,8 @@ template <class F> inline F abs(F x)
     }
 }
 
-/// x 2^n for normal results, n in the low bits of `n_bits` (what stands above them is shifted out).
+/// x 2^n, if the result is a normal number. n is in the low bits of `n_bits`; the bits above them
+/// are shifted out.
 template <class F> inline F scale_exponent(F x, IntOf<F> n_bits)
 {
     typename Lane<width<F>>::U exponent;
@@ -276,20 +285,21 @@ template <class F> inline F scale_exponent(F x, IntOf<F> n_bits)
     return x;
 }
 
-/// m and n of a positive, normal x = m 2^n, 1 <= m < 2.
+/// m of a positive, normal x = m 2^n, 1 <= m < 2.
 template <class F> inline F mantissa(F x)
 {
     return from_bits<F>((bits_of(x) & INT32_C(0x007fffff)) | INT32_C(0x3f800000));
 }
 
+/// n of a positive, normal x = m 2^n, 1 <= m < 2.
 template <class F> inline F exponent(F x)
 {
-    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: its low bits count units
+    constexpr float kRound = 12582912.0f; // 1.5 * 2^23: its lowest bit has the value 1
     const IntOf<F> n = (bits_of(x) >> 23) - 127;
     return from_bits<F>(bits_of(splat<F>(kRound)) + n) - kRound;
 }
 
-/// |magnitude| with the sign of `sign`; magnitude must not be negative.
+/// `magnitude` with the sign of `sign`. `magnitude` must not be negative.
 template <class F> inline F with_sign(F magnitude, F sign)
 {
     if constexpr (width<F> == 1) {
@@ -299,7 +309,7 @@ template <class F> inline F with_sign(F magnitude, F sign)
     }
 }
 
-/// x, or -x where `sign` is negative.
+/// -x in lanes where `sign` is negative, else x.
 template <class F> inline F flip_sign(F x, F sign)
 {
     return from_bits<F>(bits_of(x) ^ (bits_of(sign) & INT32_MIN));
@@ -318,9 +328,10 @@ template <class F> inline F sqrt(F x)
     }
 }
 
-/// a b + c: the only place where a product and a sum may be fused, so that every build rounds alike
-/// wherever GPOM_FMA is alike (-ffp-contract=off keeps the compiler from fusing elsewhere). On x86
-/// by its instruction: GCC does not make one of every such loop.
+/// a b + c. Only this function and minus_product() may fuse a product and a sum. So all builds with
+/// the same GPOM_FMA round in the same way; -ffp-contract=off stops the compiler from fusing
+/// elsewhere. For x86 the code names the instruction, because GCC does not find it in every such
+/// loop.
 template <class F> inline F fma(F a, F b, F c)
 {
     if constexpr (GPOM_FMA == 0) {
@@ -344,7 +355,7 @@ template <class F> inline F fma(F a, F b, F c)
     }
 }
 
-/// c - a b, fused likewise.
+/// c - a b, fused as in fma().
 template <class F> inline F minus_product(F c, F a, F b)
 {
     if constexpr (GPOM_FMA == 0) {

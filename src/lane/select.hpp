@@ -1,6 +1,6 @@
 /// \file select.hpp
-/// Selection in slices: put the nth smallest key at its place, a bounded number of comparisons at a
-/// time and without a heap.
+/// Selection in slices: put the nth smallest key at its place. Each slice makes a bounded number of
+/// comparisons. Nothing is allocated.
 #pragma once
 
 #include <stdint.h>
@@ -8,7 +8,8 @@
 namespace gpom
 {
 
-/// A sort key with the beam's id as the tie-breaker: a strict total order.
+/// A sort key. If two values are equal, the id of the beam decides, so that the order is strict and
+/// total.
 struct SortKey {
     float value;
     uint32_t id;
@@ -26,7 +27,8 @@ inline void swap(uint32_t &a, uint32_t &b)
     b = kept;
 }
 
-/// Index, among the first, middle and last entry, of the one with the middle key.
+/// Compare the keys of the first, middle and last entry. Returns the index of the entry whose key
+/// is between the other two.
 template <class KeyOf> uint32_t median_of_three(const uint32_t *order, uint32_t n, const KeyOf &key)
 {
     uint32_t low = 0;
@@ -41,17 +43,19 @@ template <class KeyOf> uint32_t median_of_three(const uint32_t *order, uint32_t 
     return key(order[low]) < key(order[last]) ? last : low;
 }
 
-/// A selection under way: the nth entry of order[first .. first + n) is sought, entries outside
-/// that stretch are on their side of it already (Hoare's quickselect, 3 n comparisons on average).
+/// A selection in progress (Hoare's quickselect). It looks for the nth entry of
+/// order[first .. first + n). Entries outside this stretch are already on their side of it.
+/// Cost: 3 n comparisons on average.
 struct Selection {
     uint32_t first, n, nth;
     uint32_t round;     ///< Splits done.
-    uint32_t i, n_less; ///< Split under way: entries looked at, and less than the pivot.
+    uint32_t i, n_less; ///< Split in progress: entries compared, and entries below the pivot.
     SortKey pivot;
 };
 
-/// Splits after which a selection is given up: the nth is then not exact, which makes a tree less
-/// tidy and nothing wrong. Adversarial orders alone get there.
+/// A selection ends after this many splits, even if the nth entry is not exact yet. The split of a
+/// tree is then not at the median, but searches stay exact. Only adversarial orders need so many
+/// splits.
 constexpr uint32_t kSplitsMax = 32;
 
 inline Selection selection_of(uint32_t first, uint32_t n, uint32_t nth)
@@ -61,7 +65,7 @@ inline Selection selection_of(uint32_t first, uint32_t n, uint32_t nth)
 
 inline bool is_done(const Selection &s) { return s.n <= 1 || s.round == kSplitsMax; }
 
-/// Narrow the stretch to the side of the pivot's place where the nth lies.
+/// Keep only the part of the stretch, before or after the pivot, that holds the nth entry.
 inline void narrow(Selection &s)
 {
     if (s.nth == s.n_less) {
@@ -78,8 +82,8 @@ inline void narrow(Selection &s)
     s.n_less = 0;
 }
 
-/// Go on with a selection for at most `budget` comparisons. Returns those used. Keys may change
-/// between slices: order stays a permutation, and the work bounded.
+/// Continue a selection for at most `budget` comparisons. Returns the number of comparisons made.
+/// If keys change between slices, `order` stays a permutation and the work stays bounded.
 template <class KeyOf>
 uint32_t select_some(Selection &s, uint32_t *order, const KeyOf &key, uint32_t budget)
 {

@@ -1,5 +1,5 @@
 /// \file width.hpp
-/// The lane width of this build: how many queries or beams are computed together.
+/// The lane width of this build: the number of queries or beams that are computed together.
 #pragma once
 
 #include "src/lane/lane.hpp"

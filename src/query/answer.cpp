@@ -1,7 +1,8 @@
 /// \file answer.cpp
-/// The hot path of queries for one lane width. A library that chooses at run time holds it several
-/// times: each compiled for another instruction set and in another namespace, whose name the build
-/// gives (-Dgpom=...), so that no function of one can stand in for another's.
+/// The hot path of queries for one lane width. A library that chooses the instruction set at run
+/// time contains this file several times. Each time it is compiled for another instruction set and
+/// in another namespace, whose name the build gives (-Dgpom=...). The namespaces stop the linker
+/// from mixing functions of different instruction sets.
 #include "src/query/hot_path.hpp"
 
 #include "src/gp/classify.hpp"
@@ -24,14 +25,14 @@ gpom_answer_t prior_answer(const gpom_map &map, unsigned flag)
     return answer;
 }
 
-/// What eq. 7 needs of each lane, and its result.
+/// The answers of a packet, before they are written lane by lane.
 struct Answers {
     Moments<F> moments;
     F probability, n_hits, n_free;
     bool is_cut;
 };
 
-/// A count up to 255, which stands for more as well.
+/// A count in one byte. 255 means 255 or more.
 uint8_t count_in_byte(float n) { return static_cast<uint8_t>(lane::min(n, 255.0f)); }
 
 gpom_answer_t answer_of(const gpom_map &map, const Packet &packet, const Answers &answers, int i)
@@ -56,8 +57,8 @@ gpom_answer_t answer_of(const gpom_map &map, const Packet &packet, const Answers
     return answer;
 }
 
-/// Answer a packet whose neighbourhoods are found, and the context_offset() of each. Returns the
-/// flags of its answers, or-ed.
+/// Answer a packet. Its neighbourhoods were found before; `offset` is what find_neighbours()
+/// returned. Returns the bitwise or of the flags of the answers.
 template <gpom_kernel_t K>
 unsigned answer_prepared(const gpom_map &map, Workspace &work, F offset, gpom_answer_t *answers)
 {
@@ -85,7 +86,7 @@ unsigned answer_prepared(const gpom_map &map, Workspace &work, F offset, gpom_an
     return flags;
 }
 
-/// One query of another packet, in all lanes.
+/// Make a packet that holds one query of another packet in all lanes.
 void take_one(Packet &packet, const Packet &from, int i)
 {
     packet.at = {lane::splat<F>(lane::get(from.at.x_m, i)),
@@ -95,10 +96,10 @@ void take_one(Packet &packet, const Packet &from, int i)
     packet.n = 1;
 }
 
-/// Answer one packet. Returns the flags of its answers, or-ed.
+/// Answer one packet. Returns the bitwise or of the flags of the answers.
 ///
-/// Should the walks down a tree not suffice for the packet, each of its queries gets as many for
-/// itself, so that a cut answer is not a matter of what else was asked.
+/// If the walks down a tree are too few for the packet, each query is searched alone, with the same
+/// number of walks. So a cut answer does not depend on the other queries of the packet.
 template <gpom_kernel_t K>
 unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answers)
 {
@@ -110,7 +111,7 @@ unsigned answer_packet(const gpom_map &map, Workspace &work, gpom_answer_t *answ
     unsigned flags = 0;
     for (int i = 0; i < work.cut->n; ++i) {
         take_one(*work.packet, *work.cut, i);
-        work.has_searched = false; // a search of its own, to be cut as alone
+        work.has_searched = false; // no earlier result is used, as for a query that is asked alone
         const F own_offset = find_neighbours(map, work);
         flags |= answer_prepared<K>(map, work, own_offset, answers);
     }
@@ -142,7 +143,7 @@ void clear(Packet &packet)
     packet.n = 0;
 }
 
-/// Add a query; the first also fills the lanes that may stay unused.
+/// Add a query. The first query also fills the other lanes, because some may stay unused.
 void add(Packet &packet, const gpom_map &map, const gpom_point_t &point, size_t i_answer)
 {
     const double dx_m = point.x_m - map.config.origin_x_m;
@@ -159,11 +160,12 @@ void add(Packet &packet, const gpom_map &map, const gpom_point_t &point, size_t 
     packet.i_answer[packet.n++] = i_answer;
 }
 
-/// Cells of a raster that one packet covers: near each other, so that they share their search.
+/// A packet covers a block of kBlockX x kBlockY cells of a raster. Cells of a block are near each
+/// other, so that they share their search.
 constexpr uint32_t kBlockY = kLanes >= 16 ? 4 : kLanes >= 4 ? 2 : 1;
 constexpr uint32_t kBlockX = static_cast<uint32_t>(kLanes) / kBlockY;
 
-/// The block of cells whose lower left one is (ix0, iy0), clipped to the raster.
+/// Add the block of cells whose lower left cell is (ix0, iy0), without cells outside the raster.
 void add_block(Packet &packet, const gpom_map &map, const gpom_raster_t &raster, uint32_t ix0,
                uint32_t iy0)
 {
@@ -204,7 +206,8 @@ unsigned answer_points(const gpom_map &map, const gpom_point_list &points, gpom_
     return flags;
 }
 
-/// Blocks of cells to and fro, so that each is next to the one before.
+/// Answer a raster block by block. Every second row of blocks goes backwards, so that each block is
+/// next to the block before it.
 unsigned answer_raster(const gpom_map &map, const gpom_raster_t &raster, gpom_answer_t *answers,
                        void *scratch)
 {

@@ -1,12 +1,12 @@
 /// \file hot_path.hpp
-/// What the rest of the library knows of the code that is compiled for each instruction set: plain
-/// types, the same in all of them, and which one to use.
+/// The interface of the code that is compiled once for each instruction set, and the choice between
+/// the instruction sets. The types are plain and the same for all instruction sets.
 #pragma once
 
 #include "gpom/query.h"
 
 #ifndef GPOM_DISPATCH
-#define GPOM_DISPATCH 0 ///< 1: an x86-64 library that also holds AVX2 and AVX-512.
+#define GPOM_DISPATCH 0 ///< 1: an x86-64 library with code for AVX2 and AVX-512 too.
 #endif
 
 struct gpom_point_list {
@@ -14,7 +14,8 @@ struct gpom_point_list {
     size_t n;
 };
 
-/// Queries at one lane width. Arguments were checked; flags of the answers come back, or-ed.
+/// Queries at one lane width. The caller has checked the arguments. answer_points() and
+/// answer_raster() return the bitwise or of the flags of the answers.
 struct gpom_hot_path {
     uint32_t lanes;
     size_t (*scratch_bytes)(const gpom_map &map);
@@ -27,13 +28,13 @@ struct gpom_hot_path {
 namespace gpom
 {
 
-/// The hot path of this instruction set (answer.cpp).
+/// The hot path for the instruction set that the file is compiled for (answer.cpp).
 gpom_hot_path hot_path_here();
 
-/// The one that queries use.
+/// The hot path that queries use on this processor.
 gpom_hot_path hot_path();
 
-/// GPOM_ERR_MEM if the scratch does not suffice for queries on this map.
+/// GPOM_ERR_MEM if the scratch is too small for queries on this map.
 gpom_status_t check_scratch(const gpom_map &map, const gpom_scratch_t &scratch);
 
 } // namespace gpom

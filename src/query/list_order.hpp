@@ -1,5 +1,5 @@
 /// \file list_order.hpp
-/// The points of a list in an order in which neighbours share a packet, and with it their search.
+/// Sorts the points of a list so that neighbours are in one packet and share their search.
 #pragma once
 
 #include "src/query/workspace.hpp"
@@ -15,11 +15,11 @@ struct ListBlock {
     size_t n;
 };
 
-/// Bits of a digit of a place on the Z curve, which has two.
+/// A place on the Z curve is a number of two digits. Each digit has this many bits.
 constexpr uint32_t kDigitBits = 8;
 static_assert((1u << kDigitBits) <= kListBlock, "ListOrder::counts has no room for the digits");
 
-/// The bits of a byte with a zero before each.
+/// The bits of a byte, with a zero bit before each bit.
 constexpr uint32_t spread_bits(uint32_t byte)
 {
     byte = (byte | byte << 4) & 0x0f0fu;
@@ -27,8 +27,9 @@ constexpr uint32_t spread_bits(uint32_t byte)
     return (byte | byte << 1) & 0x5555u;
 }
 
-/// 256 equal cells along an axis from `low` on; what is no number, or outside, gets one of the
-/// ends: the order matters to the speed alone.
+/// Divides an axis into 256 equal parts, from `low` on. Coordinates outside the axis get the first
+/// or the last part, and a NaN gets the first part. This is good enough, because the order of the
+/// points changes only the speed.
 struct CodeAxis {
     double low, cells_per_m;
 
@@ -39,7 +40,7 @@ struct CodeAxis {
     }
 };
 
-/// The axis that spans the coordinates of the points.
+/// The axis from the least to the greatest coordinate of the points.
 inline CodeAxis code_axis(const ListBlock &block, double gpom_point_t::*coordinate)
 {
     double low = DBL_MAX, high = -DBL_MAX;
@@ -51,7 +52,7 @@ inline CodeAxis code_axis(const ListBlock &block, double gpom_point_t::*coordina
     return {low, high > low ? 255.0 / (high - low) : 0.0};
 }
 
-/// One pass of a radix sort by a digit of the codes; equal ones keep their order.
+/// One pass of a radix sort, by one digit of the codes. Points with equal digits keep their order.
 inline void sort_by_digit(ListOrder &order, size_t n, uint32_t shift, const uint16_t *from,
                           uint16_t *to)
 {
@@ -75,7 +76,8 @@ inline void sort_by_digit(ListOrder &order, size_t n, uint32_t shift, const uint
     }
 }
 
-/// Put the numbers of the points into order.places. O(n).
+/// Put the numbers of the points into order.places, in the order of the Z curve.
+/// Cost: O(n).
 inline void order_along_curve(ListOrder &order, const ListBlock &block)
 {
     const CodeAxis along_x = code_axis(block, &gpom_point_t::x_m);

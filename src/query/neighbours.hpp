@@ -1,5 +1,6 @@
 /// \file neighbours.hpp
-/// From a packet of queries to their neighbourhoods: search, choice, points relative to the query.
+/// From a packet of queries to their neighbourhoods. Neighbours are searched, chosen, and made
+/// points relative to their query.
 #pragma once
 
 #include "src/beams/search_start.hpp"
@@ -9,8 +10,8 @@
 namespace gpom
 {
 
-/// Of the points of one lane that are chosen so far, those of one scan: how many, and the places of
-/// the last one and of the one before.
+/// The points of one scan among the points that one lane has chosen so far: how many there are, and
+/// the places of the last two.
 struct OfScan {
     uint32_t n, last, before;
 };
@@ -28,8 +29,8 @@ inline OfScan of_scan(const NearestK<F> &nearest, const Beam *beams, int i_lane,
     return same;
 }
 
-/// Where the neighbours of one kind are chosen, and how they fade: the weights of n of them, and
-/// the distances at which the fading starts and ends.
+/// How the n chosen neighbours of one kind fade: their weights, and the distances at which fading
+/// starts and ends.
 struct Fading {
     F *weight;
     uint32_t n;
@@ -41,8 +42,9 @@ inline float distance_m(const NearestK<F> &nearest, uint32_t rank, int i_lane)
     return lane::sqrt(lane::get(nearest.best[rank].d2, i_lane));
 }
 
-/// The last point that the cap leaves of a scan fades from the distance of the one before, if there
-/// is one, to that of the first point left out, or of the pool's last.
+/// Fade the last point of a scan that the cap allows. Fading starts at the distance of the scan's
+/// point before it, or at 0 if there is none. Fading ends at end_m: the distance of the first point
+/// of the scan that was left out, or of the last point of the pool.
 inline void fade_last_of_scan(const NearestK<F> &nearest, const Fading &fading, int i_lane,
                               const OfScan &of, float end_m)
 {
@@ -90,9 +92,10 @@ inline void cap_scans_of(const gpom_map &map, NearestK<F> &nearest, Fading &fadi
     }
 }
 
-/// Choose n of the pool in its order, at most scan_points_max of any scan; they become the first n
-/// entries, -1 where there are fewer. Beams of one scan share its errors and its view; a cap keeps
-/// them from being taken for independent witnesses.
+/// Choose n points from the pool in its order, at most scan_points_max of each scan. The chosen
+/// points become the first n entries. If there are fewer than n, the slot of the other entries is
+/// -1. Beams of one scan share its errors and its view, so that many of them must not count as
+/// independent observations.
 inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, Fading &fading)
 {
     for (int i = 0; i < kLanes; ++i) {
@@ -100,7 +103,7 @@ inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, Fading &fading)
     }
 }
 
-/// Choose n neighbours of one kind out of what was found, and their weights.
+/// Choose n neighbours of one kind from the neighbours that were found, and compute their weights.
 inline void choose(const gpom_map &map, NearestK<F> &nearest, F *weight, uint32_t n)
 {
     const gpom_params_t &params = map.config.params;
@@ -122,15 +125,15 @@ inline void choose(const gpom_map &map, NearestK<F> &nearest, F *weight, uint32_
     }
 }
 
-/// One chosen neighbour of each lane: the point from its query, its beam's direction and its noise
-/// variance. A lane without one has zeros, and kAbsentNoise.
+/// One chosen neighbour of each lane: its point relative to the query, the direction of its beam
+/// and its noise variance. A lane without a neighbour has zeros and kAbsentNoise.
 struct Gathered {
     Offset<F> point;
     F dir_x, dir_y, noise;
 };
 
-/// Where queries near each other share their neighbours: each different beam is looked at once, for
-/// all lanes, and kept where it was chosen. n_beams: how many there were.
+/// Gather neighbours that several lanes share. Each different beam is computed once for all lanes;
+/// the lanes that chose the beam take the result. n_beams becomes the number of different beams.
 template <class Part>
 Gathered gather_shared(const gpom_map &map, const Offset<F> &at, const Part &part, I slots,
                        uint32_t &n_beams)
@@ -154,7 +157,7 @@ Gathered gather_shared(const gpom_map &map, const Offset<F> &at, const Part &par
     return all;
 }
 
-/// The same lane by lane: faster where most lanes have a beam of their own.
+/// The same as gather_shared(), lane by lane. This is faster if most lanes have different beams.
 template <class Part>
 Gathered gather_each(const gpom_map &map, const Offset<F> &at, const Part &part, I slots)
 {
@@ -173,23 +176,23 @@ Gathered gather_each(const gpom_map &map, const Offset<F> &at, const Part &part,
     return {to_segment(at, own), own.dir_x, own.dir_y, noise};
 }
 
-/// More different beams than this are gathered lane by lane.
+/// If there are more different beams than this, they are gathered lane by lane.
 constexpr uint32_t kSharedMax = kLanes == 1 ? 1 : static_cast<uint32_t>(kLanes) * 3 / 8;
 
-/// Where the neighbours of a kind go in the neighbourhood.
+/// The places of the neighbours of one kind in the neighbourhood: [first, first + n).
 struct GatherTo {
     size_t first, n;
 };
 
-/// What the beams of the chosen hits say, summed, each counting its weight: facing(), their
-/// directions, and the weights.
+/// Sums over the beams of the chosen hits: of facing() and of the directions, each times the weight
+/// of the hit, and of the weights.
 struct BeamSums {
     F facing, dir_x, dir_y, weight;
 };
 
-/// Bring the chosen neighbours into the neighbourhood: each lane's own beams as points relative to
-/// its query, with their noise; one that was not found is absent. Returns the beams' sums, zero
-/// where no parameter asks for them.
+/// Put the chosen neighbours of each lane into the neighbourhood, as points relative to the query,
+/// with their noise. A neighbour that was not found becomes an absent point. Returns the sums over
+/// the beams; if the parameters `vote` and `line` are 0, the sums are 0.
 template <class Part>
 BeamSums gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
                 const GatherTo &to)
@@ -201,7 +204,7 @@ BeamSums gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest
     const float softness_m2 = params.n_fading > 0 ? kFacingSoftness_m2 : 0.0f;
     const bool has_sums = params.vote != 0.0f || params.line != 0.0f;
     BeamSums sums = {zero, zero, zero, zero};
-    uint32_t n_beams = 0; // of the rank before
+    uint32_t n_beams = 0; // different beams at the rank before this one
     for (size_t j = to.first; j < to.first + to.n; ++j) {
         const I slots = nearest.best[j - to.first].slot;
         const F weight = points.weight[j];
@@ -222,7 +225,7 @@ BeamSums gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest
     return sums;
 }
 
-/// How many of the first n entries of each lane were found.
+/// For each lane, how many of the first n entries hold a beam.
 inline F count_found(const NearestK<F> &nearest, size_t n)
 {
     F count = lane::splat<F>(0.0f);
@@ -233,7 +236,8 @@ inline F count_found(const NearestK<F> &nearest, size_t n)
     return count;
 }
 
-/// True if a lane has two of n neighbours at the same distance: only those can be equal points.
+/// True if a lane has two of its n neighbours at the same distance. Only such neighbours can be
+/// equal points.
 inline bool has_ties(const NearestK<F> &nearest, size_t n)
 {
     for (size_t j = 1; j < n; ++j) {
@@ -245,7 +249,7 @@ inline bool has_ties(const NearestK<F> &nearest, size_t n)
     return false;
 }
 
-/// What is added to alpha mu in eq. 7: beta, and what context says (params.h).
+/// The offset that is added to alpha mu in eq. 7: beta and the terms of context.hpp (params.h).
 inline F context_offset(const gpom_params_t &params, const Workspace &work, const BeamSums &sums,
                         const HitAxis<F> &axis)
 {
@@ -266,15 +270,15 @@ inline F context_offset(const gpom_params_t &params, const Workspace &work, cons
     return offset;
 }
 
-/// What a search for one kind works with.
+/// A search for one kind of neighbours, hits or free segments.
 template <class Part> struct KindSearch {
     const Part &part;
     NearestK<F> &nearest;
     SearchStart &start;
 };
 
-/// Where to search for what is in a vicinity of queries that moved by `move`. A single query starts
-/// at the root: on a microcontroller's small map a search start would not pay.
+/// The walks of a search of the vicinity of queries that moved by `move`. With one lane the search
+/// starts at the root, because a search start saves no time on the small map of a microcontroller.
 template <class Part>
 Walks walks_in(const gpom_map &map, const Workspace &work, const KindSearch<Part> &kind,
                const Vicinity<F> &around, const Offset<F> &move)
@@ -294,8 +298,8 @@ Walks walks_in(const gpom_map &map, const Workspace &work, const KindSearch<Part
     return from_root(tree, work.stack, walk_max);
 }
 
-/// Search for one kind no farther than the k nearest of the packet before may be by now. Returns
-/// false if the k nearest may not have been found.
+/// Search for one kind, with a bound: the greatest distance that the k nearest of the packet before
+/// can have now. Returns false if the k nearest may not have been found.
 template <class Part>
 bool search_near(const gpom_map &map, const Workspace &work, const KindSearch<Part> &kind,
                  const Offset<F> &move)
@@ -308,7 +312,7 @@ bool search_near(const gpom_map &map, const Workspace &work, const KindSearch<Pa
     return is_whole && kind.nearest.has_all();
 }
 
-/// Search for one kind without a bound. Returns false if it was cut.
+/// Search for one kind without a bound. Returns false if the search was cut.
 template <class Part>
 bool search_all(const gpom_map &map, const Workspace &work, const KindSearch<Part> &kind)
 {
@@ -317,9 +321,10 @@ bool search_all(const gpom_map &map, const Workspace &work, const KindSearch<Par
     return search(kind.nearest, work.packet->at, map.index, kind.part, walks);
 }
 
-/// Search for both kinds. What the packet before found bounds how far to look, which saves most of
-/// what a search takes into its lists only to drop it again; should it not suffice, there is a
-/// second search without a bound. Returns false if that was cut.
+/// Search for hits and free segments. The result of the packet before bounds the search, because
+/// without a bound a search first collects many far neighbours and replaces them later. If the
+/// bounded search may have missed neighbours, a second search runs without a bound. Returns false
+/// if the second search was cut.
 inline bool search_both(const gpom_map &map, Workspace &work)
 {
     const KindSearch<HitPart> hits = {map.index.hit_part, work.hits, work.hit_start};
@@ -356,8 +361,9 @@ inline F find_neighbours(const gpom_map &map, Workspace &work)
         axis = axis_of_hits(p);
     }
     const F offset = context_offset(params, work, sums, axis);
-    // Before points are shrunk: after that a lane without ties may have equal points, too, which
-    // would be merged only if another lane of its packet had ties.
+    // Equal points are merged before points are shrunk. Shrinking can make points equal in a lane
+    // without ties. They would then be merged only if another lane of the packet had ties, so that
+    // an answer would depend on the other queries of the packet.
     if (has_ties(work.hits, p.n_hits)) {
         merge_equal(p.x_m, p.y_m, p.noise, p.n_hits);
     }

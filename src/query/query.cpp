@@ -19,7 +19,8 @@ gpom_hot_path hot_path_here();
 namespace gpom
 {
 
-/// The widest that the processor has; asked each time, as the library keeps no state.
+/// The hot path with the widest lanes that the processor supports. The processor is asked each
+/// time, because the library keeps no state.
 gpom_hot_path hot_path()
 {
 #if GPOM_DISPATCH

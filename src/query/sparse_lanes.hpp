@@ -1,5 +1,5 @@
 /// \file sparse_lanes.hpp
-/// From a packet's large neighbourhoods to sparse solves, one query after the other.
+/// Solves the large neighbourhoods of a packet by sparse solves, one query after the other.
 #pragma once
 
 #include "src/query/workspace.hpp"
@@ -7,7 +7,7 @@
 namespace gpom
 {
 
-/// The points of one lane that are there. Returns how many.
+/// Collect the points of one lane, without absent points. Returns the number of points.
 inline size_t collect_points(const Neighbourhood<F> &from, int i_lane, gpom_sparse_point *points)
 {
     size_t n = 0;
@@ -21,7 +21,7 @@ inline size_t collect_points(const Neighbourhood<F> &from, int i_lane, gpom_spar
     return n;
 }
 
-/// predict() of a packet by the sparse solve, for the Askey covariance.
+/// Mean and variance of the queries of a packet by the sparse solve, for the Askey covariance.
 inline Moments<F> predict_sparse([[maybe_unused]] const gpom_params_t &params,
                                  [[maybe_unused]] const Workspace &work)
 {
@@ -40,7 +40,7 @@ inline Moments<F> predict_sparse([[maybe_unused]] const gpom_params_t &params,
     return moments;
 }
 
-/// The moments of a packet by the solve that its map uses.
+/// Mean and variance of the queries of a packet, by the solve that the map uses: sparse or dense.
 template <gpom_kernel_t K> Moments<F> moments_of(const gpom_map &map, Workspace &work)
 {
     const gpom_params_t &params = map.config.params;

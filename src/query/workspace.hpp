@@ -1,5 +1,5 @@
 /// \file workspace.hpp
-/// What one query call works with: a packet of queries and arrays for them, carved from the
+/// The working memory of one query call: a packet of queries and arrays for them, carved from the
 /// caller's scratch.
 #pragma once
 
@@ -18,15 +18,15 @@ static_assert(kLanes <= static_cast<int>(GPOM_LANES_MAX), "GPOM_SCRATCH_BYTES kn
 /// Up to kLanes queries computed together. Unused lanes repeat the first query.
 struct Packet {
     Offset<F> at;            ///< Relative to the map's origin.
-    I out_of_reach;          ///< 1: the point was refused; its lane computes the origin instead.
-    size_t i_answer[kLanes]; ///< Where the answers go.
+    I out_of_reach;          ///< 1: the point was refused. Its lane computes the origin instead.
+    size_t i_answer[kLanes]; ///< Index of the answer to each query.
     int n;                   ///< Queries in the packet.
 };
 
-/// Parts that a search start has room for. A single query starts at the root.
+/// Room for the parts of a search start. With one lane there is no search start.
 constexpr uint32_t kStartParts = kLanes > 1 ? kStartPartsMax : 0;
 
-/// Points of a list that are put in order at a time.
+/// At most this many points of a list are sorted together.
 constexpr size_t kListBlock = 256;
 
 /// Points of a list in the order of a Z curve (list_order.hpp).
@@ -37,7 +37,8 @@ struct ListOrder {
     uint16_t counts[kListBlock];
 };
 
-/// Points that a caller inside the library asks at a time, whatever the lane width.
+/// Number of points that a caller inside the library asks together. It is the same for every lane
+/// width.
 constexpr uint32_t kGroupSize = GPOM_LANES_MAX;
 
 struct PointGroup {
@@ -49,18 +50,18 @@ struct Workspace {
     Packet *packet;
     Packet *cut; ///< A packet whose search was cut, while its queries are answered one by one.
     bool is_cut; ///< The last search was cut.
-    bool has_searched;     ///< hits and free hold what was found for queries ...
-    Offset<F> searched_at; ///< ... here.
+    bool has_searched;     ///< hits and free hold the result of a search that was not cut.
+    Offset<F> searched_at; ///< The queries of the last search.
     SearchStart hit_start, free_start;
     ListOrder *order;
     Subtree *stack;
     NearestK<F> hits, free;
     Neighbourhood<F> points;
-    GpWork<F> gp;              ///< Of a dense solve.
-    gpom_sparse_system sparse; ///< Of a sparse one: room for all points.
+    GpWork<F> gp;              ///< For a dense solve.
+    gpom_sparse_system sparse; ///< For a sparse solve. It has room for all points.
 };
 
-/// Does the map solve sparse, or dense?
+/// True if the map solves its neighbourhoods sparse, false if dense.
 inline bool is_sparse(const gpom_map &map)
 {
     const gpom_params_t &params = map.config.params;
@@ -68,15 +69,17 @@ inline bool is_sparse(const gpom_map &map)
            static_cast<uint32_t>(params.n_hits) + params.n_free > map.dense_max;
 }
 
-/// Neighbours of one kind to search for, of which n are chosen: more if scans are capped, and one
-/// more where neighbours fade.
+/// How many neighbours of one kind a query searches for, to choose n from them. The pool is larger
+/// than n if the points of a scan are capped. Otherwise it has one neighbour more if neighbours
+/// fade.
 constexpr size_t pool_size(size_t n, const gpom_params_t &params)
 {
     const size_t n_capped = params.scan_points_max > 0 ? n + n / 2 : n;
     return params.n_fading > 0 && n_capped == n ? n + 1 : n_capped;
 }
 
-/// How many neighbours a map's queries want, how many they search for, and how they solve.
+/// What the queries of a map need: the number n of neighbours that they choose, the number n_pool
+/// that they search for, and the kind of solve.
 struct ScratchNeed {
     size_t n, n_pool;
     bool is_sparse;
@@ -89,8 +92,9 @@ inline ScratchNeed scratch_need(const gpom_map &map)
     return {n, pool_size(params.n_hits, params) + pool_size(params.n_free, params), is_sparse(map)};
 }
 
-/// Byte offsets behind the group of points that the scratch begins with; lanes first, as they are
-/// the most strictly aligned. What one way to solve needs is empty for the other.
+/// Byte offsets of the arrays, from the end of the group of points, which is at the start of the
+/// scratch. Arrays of lanes come first, because their alignment is the strictest. Arrays that only
+/// a dense solve needs are empty for a sparse solve, and the other way round.
 struct ScratchLayout {
     size_t points, features, vectors, factor, packets, order, stack, starts, sparse_points, sparse,
         total;
@@ -116,16 +120,17 @@ constexpr ScratchLayout scratch_layout(const ScratchNeed &need)
     return layout;
 }
 
-/// The strictest alignment of what lies in the scratch.
+/// The strictest alignment of any array in the scratch.
 constexpr size_t kScratchAlignment = sizeof(F) > 8 ? sizeof(F) : 8;
 
-/// With the group and what the starts of both may lose to alignment.
+/// Bytes of a scratch: the group of points, the arrays, and the bytes that may be lost to align the
+/// group and the arrays.
 constexpr size_t scratch_bytes(const ScratchNeed &need)
 {
     return 7 + sizeof(PointGroup) + kScratchAlignment - 1 + scratch_layout(need).total;
 }
 
-/// Room for n neighbours out of twice as many.
+/// True if GPOM_SCRATCH_BYTES() is enough to choose n neighbours from 2 n.
 constexpr bool is_enough_scratch(size_t n)
 {
     return scratch_bytes({n, 2 * n, n > GPOM_POINTS_MAX}) <= GPOM_SCRATCH_BYTES(n, kLanes);
@@ -141,8 +146,8 @@ inline void *align_pointer(void *mem, size_t alignment)
     return reinterpret_cast<void *>(align_up(reinterpret_cast<uintptr_t>(mem), alignment));
 }
 
-/// A group of points at the start of the scratch, which queries leave alone: the same place
-/// whatever the width of their lanes.
+/// The group of points at the start of the scratch. Queries do not change it. Its place is the same
+/// for every lane width.
 inline PointGroup *carve_group(void *scratch)
 {
     return static_cast<PointGroup *>(align_pointer(scratch, 8));
