@@ -54,10 +54,12 @@ typedef struct {
     uint32_t datagram_bytes_max; /**< For example GPOM_WIRE_DATAGRAM_BYTES. */
 } gpom_wire_outgoing_t;
 
-/** Number of fragments of a message. 0 if the message cannot be sent: a pointer is NULL, the
- *  message is empty or longer than 2^28 bytes (LCM's limit), the channel name is too long, the
- *  datagrams are too small for the channel name or too large for UDP, or more than 65535 fragments
- *  would be needed. */
+/** Number of fragments of a message. 0 if the message cannot be sent, for one of these reasons:
+ *  - A pointer is NULL.
+ *  - The message is empty or longer than 2^28 bytes (LCM's limit).
+ *  - The channel name is too long.
+ *  - The datagrams are too small for the channel name or too large for UDP.
+ *  - More than 65535 fragments would be needed. */
 GPOM_NODISCARD uint32_t gpom_wire_fragment_count(const gpom_wire_outgoing_t *message);
 
 /** Write fragment i_fragment as a whole datagram. Returns the bytes written. 0 if they do not fit,

@@ -27,8 +27,8 @@ constexpr float kSureSpacings = 2.0f;
 
 /// The mark of the nth time. Each time makes one step of 2^32 / golden ratio along a circle of
 /// circumference 2^32. The mark is the number of the sector in which the step ends. Any two times
-/// up to 20 apart have different marks. Scans at any regular interval of times get different marks
-/// sooner or later.
+/// up to 20 apart have different marks. Scans at regular intervals do not keep the same mark for
+/// ever, whatever the interval is.
 uint16_t mark_of(uint32_t time_number)
 {
     constexpr uint32_t kStep = 2654435769u;
@@ -291,9 +291,9 @@ bool is_in_reach(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_po
 }
 
 /// True if the origin may move by a step to follow the robot. A pose that is out of reach of the
-/// present origin may be wrong. A move to it would drop the kept beams, so it is refused. It is
-/// taken if the map is empty, because nothing is lost, or if many poses near each other were
-/// refused, because then the kept beams came from a wrong pose.
+/// present origin may be wrong, and a move to it would drop the kept beams. So it is refused, with
+/// two exceptions. If the map is empty, nothing is lost. If many poses near each other were
+/// refused, the kept beams came from a wrong pose.
 bool may_follow(gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
                 const Eigen::Vector2d &step_m)
 {

@@ -11,14 +11,14 @@ namespace gpom
 namespace
 {
 
-/// A hit that arrived in free space has settled once it has this many counts.
+/// A hit that arrived in free space has settled when it has this many counts.
 constexpr uint32_t kArrivedCounts = 3;
 
 /// A hit nearer to its own sensor than keep_m times this refuses no beam. It would refuse the beams
 /// of a sector of 9 degrees or more. A hit a few millimetres away would refuse half of all beams.
 constexpr float kNearSpacings = 2.0f;
 
-/// A hit refuses no beam once this many scans in a row saw through it.
+/// A hit refuses no beam if this many scans in a row, or more, saw through it.
 constexpr uint32_t kDoubtedScans = 3;
 
 /// No hit refuses a beam at times whose marks are below this, which is one time in eight. Without
@@ -224,11 +224,11 @@ Witnesses witnesses_of(const Trial &trial, const Beam &beam)
     return {all.ends & group.returned, all.ends_in & group.returned, all.beside & group.sure};
 }
 
-/// A scan saw the hit again. The hit gets one count more if the scan is of another time than the
-/// last one that counted. Scans that saw through the hit no longer count against it. A provisional
-/// hit stays provisional if the scan is of the hit's own time. A hit that arrived in free space
-/// clears the free segments there when it stops being provisional, and again when it has
-/// kArrivedCounts counts.
+/// A scan saw the hit again. The hit gets one count more, unless a scan of the same time confirmed
+/// it before. Scans that saw through the hit no longer count against it. A provisional hit gets no
+/// count, but becomes standing, unless the scan is of the hit's own time. A hit that arrived in
+/// free space clears the free segments there when it stops being provisional, and again when it
+/// gets count kArrivedCounts.
 void confirm(gpom_map &map, Beam &beam)
 {
     const uint16_t time = map.keeper.time_mark;

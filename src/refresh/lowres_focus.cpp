@@ -86,7 +86,7 @@ Point relative(const Lowres &lowres, const gpom_point_t &point)
             static_cast<float>(point.y_m - lowres.origin_y_m)};
 }
 
-/// Make the cells near one stretch part of the band: those within half_width_m become dirty.
+/// Make the cells within half_width_m of one stretch part of the band. They become dirty.
 void admit_stretch(Lowres &lowres, const gpom_point_t &from, const gpom_point_t &to,
                    float half_width_m)
 {

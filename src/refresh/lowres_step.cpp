@@ -191,7 +191,7 @@ void evaluate(gpom_map &map, const Work &work, const gpom_scratch_t &scratch)
     const gpom_status_t status =
         gpom_query_points(&map, work.points.points, group.n, work.points.answers, &scratch);
     GPOM_ASSERT(status != GPOM_ERR_ARG && status != GPOM_ERR_MEM);
-    (void)status; // the flags of the answers tell every other error
+    (void)status; // the flags of the answers show all other errors
     const uint32_t stamp_ms = load(map.lowres.newest_ms);
     for (uint32_t i = 0; i < group.n; ++i) {
         Cell &cell = map.lowres.layers[group.is_focus >> i & 1].cells[group.slots[i]];

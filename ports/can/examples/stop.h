@@ -2,8 +2,8 @@
  *  A stop decision from GPOM_Clearance frames, for a microcontroller without any other sensor. It
  *  uses no heap, no operating system, and 40 bytes.
  *
- *  "Go" needs a good frame for every watched part of the picture. A frame is good if it came within
- *  the time-out, its length, CRC and counter are right, its map is fresh, and its watched sectors
+ *  "Go" needs a good frame for every watched part of the picture. A good frame came within the
+ *  time-out and has the right length, CRC and counter. Its map is fresh, and its watched sectors
  *  are free at least up to distance_min. Everything else means "stop". At the start and after each
  *  fault the decision is "stop" until `n_good_min` frames in a row were right. */
 #ifndef GPOM_CAN_EXAMPLES_STOP_H
