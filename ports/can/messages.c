@@ -33,7 +33,8 @@ static uint32_t get_u32(const uint8_t *bytes)
     return get_u16(bytes) | ((uint32_t)get_u16(bytes + 2) << 16);
 }
 
-/* Two's complement from its bits, whatever the compiler makes of a cast. */
+/* The signed number of a two's complement. A cast is not used, because its result depends on the
+ * compiler. */
 static int signed_of(unsigned bits, unsigned n_bits)
 {
     return bits >> (n_bits - 1u) != 0 ? (int)bits - (1 << n_bits) : (int)bits;
@@ -73,7 +74,7 @@ static gpom_can_fault_t open_fd(const uint8_t *bytes, size_t n_bytes, uint16_t d
 
 uint8_t gpom_can_distance_code(float distance_m)
 {
-    const double tenths = 10.0 * (double)distance_m; /* exact enough to never round up */
+    const double tenths = 10.0 * (double)distance_m; /* exact in double, so never rounded up */
     if (!(tenths >= 0.0)) {
         return distance_m < 0.0f ? 0 : (uint8_t)GPOM_CAN_DISTANCE_UNKNOWN;
     }

@@ -1,12 +1,13 @@
 #include "ports/can/signal.h"
 
-/* A place in a frame, bit by bit from the least significant one of the signal. */
+/* The place of one bit in a frame. */
 typedef struct {
     size_t i_byte;
     unsigned i_bit;
 } place_t;
 
-/* Intel: numbers of bits grow. Motorola: a byte's bits grow, then comes the byte before. */
+/* The place of the next more significant bit. After bit 7 of a byte, Intel goes on in the next byte
+ * and Motorola in the byte before. */
 static place_t next_place(const gpom_can_signal_t *signal, place_t place)
 {
     if (place.i_bit < 7u) {
@@ -18,8 +19,8 @@ static place_t next_place(const gpom_can_signal_t *signal, place_t place)
     return place;
 }
 
-/* Of the bits of a Motorola signal, start_bit is the most significant: the first byte holds
- * start_bit % 8 + 1 of them at most, each later one 8. */
+/* The last byte of a signal. In a Motorola signal, start_bit is the most significant bit. So the
+ * first byte holds at most start_bit % 8 + 1 bits of the signal, and each later byte at most 8. */
 static size_t last_byte(const gpom_can_signal_t *signal)
 {
     const size_t first = signal->start_bit / 8u;
@@ -82,7 +83,7 @@ bool gpom_can_signal_value(const gpom_can_signal_t *signal, const uint8_t *bytes
     double number = (double)bits;
     if (signal->is_signed && (bits >> (signal->n_bits - 1u)) != 0) {
         const uint64_t ones = signal->n_bits < 64 ? ~UINT64_C(0) << signal->n_bits : 0;
-        number = -(double)(~(bits | ones) + 1u); /* minus the two's complement */
+        number = -(double)(~(bits | ones) + 1u); /* minus the magnitude */
     }
     *value = signal->factor * number + signal->offset;
     return true;

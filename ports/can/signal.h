@@ -1,8 +1,8 @@
 /** \file signal.h
- *  Signals in CAN frames, as a DBC file describes them: bits to numbers and back.
+ *  Signals in CAN frames, as a DBC file describes them. Converts bits to numbers and back.
  *
- *  All of ports/can is C99 without heap, operating system or state of its own, for microcontrollers
- *  as for hosts. Safe in an interrupt. */
+ *  All of ports/can is C99 for microcontrollers and hosts. It uses no heap and no operating system
+ *  and has no state of its own. Safe in an interrupt. */
 #ifndef GPOM_CAN_SIGNAL_H
 #define GPOM_CAN_SIGNAL_H
 
@@ -16,13 +16,13 @@
 extern "C" {
 #endif
 
-/** Payload of a CAN FD frame; a classic one has 8 bytes at most. */
+/** Most payload of a CAN FD frame. A classic frame has at most 8 bytes. */
 #define GPOM_CAN_BYTES_MAX 64u
 
 /** A signal. Value = factor * bits + offset. */
 typedef struct {
-    uint16_t start_bit; /**< As in a DBC: 8 * byte + bit of the least significant bit (Intel), of
-                             the most significant one (Motorola). */
+    uint16_t start_bit; /**< As in a DBC: 8 * byte + bit. Place of the least significant bit (Intel)
+                             or of the most significant bit (Motorola). */
     uint8_t n_bits;     /**< 1 .. 64. */
     bool is_motorola;   /**< Most significant byte first: `@0` in a DBC. */
     bool is_signed;     /**< Two's complement: `-` in a DBC. */
@@ -30,19 +30,22 @@ typedef struct {
     double offset;
 } gpom_can_signal_t;
 
-/** Payload bytes that a frame must have for the signal to be in it; 0 if the signal fits no
- *  frame. */
+/** Payload bytes that a frame needs to hold the signal. 0 if the signal fits no frame. */
 size_t gpom_can_signal_bytes(const gpom_can_signal_t *signal);
 
-/** The signal's bits. False: `n_bytes` are too few, or a pointer is NULL.  O(n_bits). */
+/** Get the signal's bits. False if `n_bytes` is too small or a pointer is NULL.
+ *  Cost: O(n_bits). */
 GPOM_NODISCARD bool gpom_can_signal_bits(const gpom_can_signal_t *signal, const uint8_t *bytes,
                                          size_t n_bytes, uint64_t *bits);
 
-/** The signal's value. False as above.  O(n_bits). */
+/** Get the signal's value. False if `n_bytes` is too small or a pointer is NULL.
+ *  Cost: O(n_bits). */
 GPOM_NODISCARD bool gpom_can_signal_value(const gpom_can_signal_t *signal, const uint8_t *bytes,
                                           size_t n_bytes, double *value);
 
-/** Put bits into a frame; all else stays. False as above.  O(n_bits). */
+/** Put the signal's bits into a frame. All other bits stay. False if `n_bytes` is too small or a
+ *  pointer is NULL.
+ *  Cost: O(n_bits). */
 GPOM_NODISCARD bool gpom_can_signal_put(const gpom_can_signal_t *signal, uint64_t bits,
                                         uint8_t *bytes, size_t n_bytes);
 

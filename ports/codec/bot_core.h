@@ -31,15 +31,15 @@ typedef struct {
     double acceleration_mps2[3];
 } gpom_wire_bot_pose_t;
 
-/** Read a message; set the arrays' values and n_max before. After a fault only those may be relied
- *  on. */
+/** Read a message. Set `values` and `n_max` of its arrays before. After a fault only these fields
+ *  are valid. */
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_planar_lidar_decode(gpom_wire_planar_lidar_t *message,
                                                                const uint8_t *bytes,
                                                                size_t n_bytes);
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_bot_pose_decode(gpom_wire_bot_pose_t *message,
                                                            const uint8_t *bytes, size_t n_bytes);
 
-/** Bytes written; 0 if they do not fit or a pointer is missing. */
+/** Write a message. Returns the bytes written. 0 if they do not fit or a pointer is missing. */
 GPOM_NODISCARD size_t gpom_wire_planar_lidar_encode(const gpom_wire_planar_lidar_t *message,
                                                     uint8_t *bytes, size_t n_bytes);
 GPOM_NODISCARD size_t gpom_wire_bot_pose_encode(const gpom_wire_bot_pose_t *message, uint8_t *bytes,

@@ -1,5 +1,5 @@
 /** \file codec.h
- *  The whole codec: LCM messages and datagrams to and from caller memory. */
+ *  The whole codec: it reads and writes LCM messages and datagrams in caller memory. */
 #ifndef GPOM_CODEC_CODEC_H
 #define GPOM_CODEC_CODEC_H
 

@@ -56,14 +56,14 @@ static void number(gpom_cursor_t *c, uint32_t *value, size_t n_bytes)
     c->at += n_bytes;
 }
 
-/* What a field holds, to be written; 0 where it is read, since it may hold nothing yet. */
+/* The value of a field when writing. 0 when reading, because the field may be uninitialised. */
 #define VALUE_OF(c, value) ((c)->to != NULL ? *(value) : 0u)
 
 static void number_64(gpom_cursor_t *c, uint64_t *value)
 {
     uint32_t high = (uint32_t)(VALUE_OF(c, value) >> 32);
     uint32_t low = (uint32_t)VALUE_OF(c, value);
-    if (!gpom_cursor_has(c, 1, 8)) { /* all or nothing */
+    if (!gpom_cursor_has(c, 1, 8)) { /* do not read or write only a half */
         *value = 0;
         return;
     }
@@ -195,8 +195,8 @@ void gpom_cursor_same_count(gpom_cursor_t *c, uint32_t *n_other, uint32_t n)
     gpom_cursor_require(c, *n_other == n, GPOM_WIRE_COUNT);
 }
 
-/* True if n elements are to be copied between message and caller's array; else they are skipped,
- * or it is a fault. */
+/* True if n elements must be copied between the message and the caller's array. Without an array,
+ * elements are skipped when reading and are a fault when writing. */
 static bool wants(gpom_cursor_t *c, bool has_array, uint32_t n, uint32_t n_max)
 {
     if (has_array) {

@@ -9,7 +9,7 @@
 
 enum { UDP_BYTES_MAX = 65535, FRAGMENTS_MAX = 65535, MESSAGE_BYTES_MAX = 1 << 28 };
 
-/* Bytes of a name with its NUL; 0 if no NUL is among the first n_max bytes. */
+/* Bytes of a name including its NUL. 0 if no NUL is among the first n_max bytes. */
 static uint32_t name_bytes(const char *name, size_t n_max)
 {
     for (uint32_t i = 0; i < n_max; ++i) {
@@ -25,7 +25,7 @@ static uint32_t channel_bytes(const char *channel)
     return channel != NULL ? name_bytes(channel, GPOM_WIRE_CHANNEL_MAX + 1) : 0;
 }
 
-/* The same list of fields for both directions, as for messages. */
+/* The fields of a fragment's header. Reading and writing both use this list. */
 static void fragment_fields(gpom_cursor_t *c, gpom_wire_datagram_t *d)
 {
     gpom_cursor_u32(c, &d->message_bytes);
@@ -44,7 +44,8 @@ static void channel_read(gpom_cursor_t *c, gpom_wire_datagram_t *d)
     c->at += n;
 }
 
-/* Every fragment lies inside its message, the first at its start, the last at its end. */
+/* True if the fragment lies inside its message. The first fragment must be at the start of the
+ * message, and the last one at its end. */
 static bool is_fragment_valid(const gpom_wire_datagram_t *d)
 {
     const uint64_t end = (uint64_t)d->offset + d->payload_bytes;
@@ -107,7 +108,8 @@ size_t gpom_wire_datagram_begin(uint8_t *bytes, size_t n_bytes, const char *chan
     return gpom_cursor_bytes(&c);
 }
 
-/* Bytes after the header of every fragment but the last; the first's begin with the channel. */
+/* Bytes after the header of each fragment except the last one, which may have fewer. In the first
+ * fragment they begin with the channel name. */
 static uint32_t fragment_bytes(const gpom_wire_outgoing_t *m)
 {
     const uint32_t n = m->datagram_bytes_max;

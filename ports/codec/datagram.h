@@ -1,11 +1,12 @@
 /** \file datagram.h
- *  LCM's datagrams: a message's channel and sequence number in front of it, or a fragment of one.
+ *  LCM's datagrams. A datagram holds a short message after its channel and sequence number, or one
+ *  fragment of a message.
  *
  *  Short:    "LC02", u32 sequence, channel, NUL, message.
  *  Fragment: "LC03", u32 sequence, u32 bytes of the message, u32 offset, u16 number of this
- *            fragment, u16 number of fragments; in fragment 0 channel and NUL; a piece of the
+ *            fragment, u16 number of fragments, in fragment 0 channel and NUL, a piece of the
  *            message.
- *  All numbers big-endian. The sequence number counts a sender's messages on all channels. */
+ *  All numbers are big-endian. The sequence number counts a sender's messages on all channels. */
 #ifndef GPOM_CODEC_DATAGRAM_H
 #define GPOM_CODEC_DATAGRAM_H
 
@@ -19,26 +20,28 @@ extern "C" {
 #define GPOM_WIRE_SHORT_HEADER_BYTES 8u
 #define GPOM_WIRE_FRAGMENT_HEADER_BYTES 20u
 
-/** A datagram taken apart: views into it. */
+/** The parts of a datagram. The pointers are views into it. */
 typedef struct {
-    const char *channel; /**< NUL-terminated; NULL in every fragment but the first. */
+    const char *channel; /**< NUL-terminated. NULL in every fragment except the first. */
     const uint8_t *payload;
     uint32_t payload_bytes;
     uint32_t sequence;
-    uint32_t message_bytes; /**< Of the whole message; payload_bytes if it is short. */
-    uint32_t offset;        /**< Of the payload in the message. */
+    uint32_t message_bytes; /**< Bytes of the whole message. payload_bytes for a short message. */
+    uint32_t offset;        /**< Offset of the payload in the message. */
     uint16_t i_fragment;
-    uint16_t n_fragments; /**< 0: a short message, which is no fragment. */
+    uint16_t n_fragments; /**< 0 for a short message, which has no fragments. */
 } gpom_wire_datagram_t;
 
-/** Take a datagram apart. Faults: GPOM_WIRE_TYPE (not LCM's), GPOM_WIRE_SHORT (ends in its header),
- *  GPOM_WIRE_VALUE (channel name too long), GPOM_WIRE_COUNT (fragment numbers, sizes or offsets
- *  contradict each other), GPOM_WIRE_LONG (more bytes than UDP carries). */
+/** Read the parts of a datagram. Faults: GPOM_WIRE_TYPE (not an LCM datagram), GPOM_WIRE_SHORT
+ *  (ends inside its header), GPOM_WIRE_VALUE (channel name too long), GPOM_WIRE_COUNT (fragment
+ *  numbers, sizes or offsets contradict each other), GPOM_WIRE_LONG (more bytes than UDP carries).
+ */
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_datagram_read(gpom_wire_datagram_t *datagram,
                                                          const uint8_t *bytes, size_t n_bytes);
 
-/** Write what goes before a short message; the message is then encoded right behind.
- *  Bytes written; 0 if they do not fit, a pointer is NULL, or the channel's name is too long. */
+/** Write the header of a short message. The caller then encodes the message right behind it.
+ *  Returns the bytes written. 0 if they do not fit, a pointer is NULL, or the channel name is too
+ *  long. */
 GPOM_NODISCARD size_t gpom_wire_datagram_begin(uint8_t *bytes, size_t n_bytes, const char *channel,
                                                uint32_t sequence);
 
@@ -48,16 +51,19 @@ typedef struct {
     const uint8_t *payload; /**< The encoded message. */
     uint32_t payload_bytes;
     uint32_t sequence;
-    uint32_t datagram_bytes_max; /**< GPOM_WIRE_DATAGRAM_BYTES, say. */
+    uint32_t datagram_bytes_max; /**< For example GPOM_WIRE_DATAGRAM_BYTES. */
 } gpom_wire_outgoing_t;
 
-/** Number of fragments; 0 if a pointer is NULL, the message empty or of more than 2^28 bytes (LCM's
- *  limit), the channel's name too long, the datagrams too small for it or too large for UDP, or
- *  there would be more than 65535. */
+/** Number of fragments of a message. 0 if the message cannot be sent, for one of these reasons:
+ *  - A pointer is NULL.
+ *  - The message is empty or longer than 2^28 bytes (LCM's limit).
+ *  - The channel name is too long.
+ *  - The datagrams are too small for the channel name or too large for UDP.
+ *  - More than 65535 fragments would be needed. */
 GPOM_NODISCARD uint32_t gpom_wire_fragment_count(const gpom_wire_outgoing_t *message);
 
-/** Write fragment i_fragment as a whole datagram. Bytes written; 0 if they do not fit, there is no
- *  such fragment, or the message cannot be sent. */
+/** Write fragment i_fragment as a whole datagram. Returns the bytes written. 0 if they do not fit,
+ *  there is no such fragment, or the message cannot be sent. */
 GPOM_NODISCARD size_t gpom_wire_fragment_write(const gpom_wire_outgoing_t *message,
                                                uint32_t i_fragment, uint8_t *bytes, size_t n_bytes);
 

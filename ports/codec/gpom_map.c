@@ -10,7 +10,7 @@ static bool is_place_valid(const gpom_wire_map_t *m)
            (uint32_t)m->ix0 + m->nx <= m->map_nx && (uint32_t)m->iy0 + m->ny <= m->map_ny;
 }
 
-/* A cell is unknown in both of its codes or in none. */
+/* True if every cell is either unknown in both of its codes or in neither. */
 static bool are_codes_valid(const gpom_wire_map_t *m, uint32_t n_cells)
 {
     for (uint32_t i = 0; i < n_cells; ++i) {

@@ -5,7 +5,7 @@
 
 enum { POINT_BYTES = 16, POINT_ANSWER_BYTES = 13 };
 
-/* The count and whether that many points can follow. */
+/* Read or write the number of points. True if the message has room for so many points. */
 static bool points_count(gpom_cursor_t *c, uint32_t *n_points, bool has_array, size_t element_bytes)
 {
     gpom_cursor_count(c, n_points);
@@ -55,7 +55,7 @@ static void answer_fields(gpom_cursor_t *c, gpom_wire_answer_t *m)
         return;
     }
     for (uint32_t i = 0; i < m->n_points; ++i) {
-        if (c->to == NULL) { /* what does not travel */
+        if (c->to == NULL) { /* fields that are not in the message */
             m->points[i].flags = m->points[i].n_hits = m->points[i].n_free = 0;
         }
         point_answer_fields(c, &m->points[i]);

@@ -1,5 +1,5 @@
 /** \file gpom_query.h
- *  gpom.query_t and gpom.answer_t: questions to the map. */
+ *  gpom.query_t and gpom.answer_t: queries to the map and their answers. */
 #ifndef GPOM_CODEC_GPOM_QUERY_H
 #define GPOM_CODEC_GPOM_QUERY_H
 
@@ -13,8 +13,8 @@ extern "C" {
 #define GPOM_WIRE_QUERY_FINGERPRINT UINT64_C(0xdbecc97130af3fa6)
 #define GPOM_WIRE_ANSWER_FINGERPRINT UINT64_C(0xefc9f7a58845fac3)
 
-/** Most points of a query and of an answer: either fits one datagram, and no client can ask for
- *  more work at once. */
+/** Most points of a query and of an answer. Both fit one datagram. The limit also bounds the work
+ *  that a client can ask for at once. */
 #define GPOM_WIRE_POINTS_MAX 80u
 
 /** Bytes of an encoded query and answer. */
@@ -38,11 +38,12 @@ typedef struct {
     uint32_t sequence;
     uint8_t kind; /**< gpom_wire_query_kind_t. */
     float step_m;
-    gpom_point_t *points; /**< Caller's, GPOM_WIRE_POINTS_MAX when decoding. */
+    gpom_point_t *points; /**< Caller's array, of GPOM_WIRE_POINTS_MAX elements when decoding. */
     uint32_t n_points;
 } gpom_wire_query_t;
 
-/** lcmtypes/gpom_answer_t.lcm. Of an answer's points travel mean, variance, probability, cls. */
+/** lcmtypes/gpom_answer_t.lcm. For each point the message holds mean, variance, probability and
+ *  cls. */
 typedef struct {
     int64_t stamp_us;
     int64_t map_stamp_us;
@@ -50,26 +51,26 @@ typedef struct {
     uint32_t sequence;
     int32_t frame_epoch;
     uint8_t status;        /**< gpom_wire_answer_status_t. */
-    gpom_answer_t *points; /**< Caller's, GPOM_WIRE_POINTS_MAX when decoding. */
+    gpom_answer_t *points; /**< Caller's array, of GPOM_WIRE_POINTS_MAX elements when decoding. */
     uint32_t n_points;
 } gpom_wire_answer_t;
 
-/** Read a message; set `points` before. Faults besides those of the bytes: GPOM_WIRE_CAPACITY (more
- *  than GPOM_WIRE_POINTS_MAX points), GPOM_WIRE_VALUE (unknown kind, status or class). After a
- *  fault only `points` may be relied on. */
+/** Read a message. Set `points` before. Besides the faults of every message there are
+ *  GPOM_WIRE_CAPACITY (more than GPOM_WIRE_POINTS_MAX points) and GPOM_WIRE_VALUE (unknown kind,
+ *  status or class). After a fault only `points` is valid. */
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_query_decode(gpom_wire_query_t *message,
                                                         const uint8_t *bytes, size_t n_bytes);
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_answer_decode(gpom_wire_answer_t *message,
                                                          const uint8_t *bytes, size_t n_bytes);
 
-/** The same of a query whose sender did not compute its CRC-32, as lcm-gen's typed publish does
- *  not: crc32 must be 0. Nothing tells then whether the message was damaged. */
+/** Read a query whose sender did not compute the CRC-32. The typed publish function that lcm-gen
+ *  generates does not compute it. crc32 must be 0. Damage of the message is not detected then. */
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_query_decode_without_crc(gpom_wire_query_t *message,
                                                                     const uint8_t *bytes,
                                                                     size_t n_bytes);
 
-/** Bytes written; 0 if they do not fit, a pointer is missing, or a field breaks what the decoder
- *  checks. */
+/** Write a message. Returns the bytes written. 0 if they do not fit, a pointer is missing, or the
+ *  decoder would refuse a field. */
 GPOM_NODISCARD size_t gpom_wire_query_encode(const gpom_wire_query_t *message, uint8_t *bytes,
                                              size_t n_bytes);
 GPOM_NODISCARD size_t gpom_wire_answer_encode(const gpom_wire_answer_t *message, uint8_t *bytes,

@@ -14,7 +14,8 @@ extern "C" {
 /** Bytes of an encoded scan. */
 #define GPOM_WIRE_SCAN_BYTES(n_ranges) ((size_t)106 + (size_t)4 * (size_t)(n_ranges))
 
-/** lcmtypes/gpom_scan_t.lcm. pose_cov is what gpom_pose_t.cov points to. */
+/** lcmtypes/gpom_scan_t.lcm. pose_cov has the layout of the array that gpom_pose_t.cov points to.
+ */
 typedef struct {
     int64_t stamp_us;
     uint32_t sequence;
@@ -26,12 +27,12 @@ typedef struct {
     gpom_wire_floats_t ranges_m;
 } gpom_wire_scan_t;
 
-/** Read a message into `message`; set its ranges_m.values and n_max before. After a fault only
- *  those two may be relied on. */
+/** Read a message. Set ranges_m.values and ranges_m.n_max of `message` before. After a fault only
+ *  these two are valid. */
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_scan_decode(gpom_wire_scan_t *message,
                                                        const uint8_t *bytes, size_t n_bytes);
 
-/** Bytes written; 0 if they do not fit or a pointer is missing. */
+/** Write a message. Returns the bytes written. 0 if they do not fit or a pointer is missing. */
 GPOM_NODISCARD size_t gpom_wire_scan_encode(const gpom_wire_scan_t *message, uint8_t *bytes,
                                             size_t n_bytes);
 

@@ -1,5 +1,5 @@
 /** \file gpom_status.h
- *  gpom.status_t: how the mapping is doing. */
+ *  gpom.status_t: state, rates and counters of the mapping program. */
 #ifndef GPOM_CODEC_GPOM_STATUS_H
 #define GPOM_CODEC_GPOM_STATUS_H
 
@@ -22,7 +22,7 @@ typedef enum {
     GPOM_WIRE_STATE_STOPPING = 3
 } gpom_wire_state_t;
 
-/** Places in gpom_wire_status_t.counts; what each counts is in lcmtypes/gpom_status_t.lcm. */
+/** Indices of gpom_wire_status_t.counts. lcmtypes/gpom_status_t.lcm says what each one counts. */
 enum {
     GPOM_WIRE_SCANS_RECEIVED = 0,
     GPOM_WIRE_SCANS_INSERTED = 1,
@@ -102,8 +102,8 @@ enum {
     GPOM_WIRE_COUNTS = 88
 };
 
-/** Bits of gpom_wire_status_t.counts[GPOM_WIRE_PROBLEMS], from the lowest on; what each means is in
- *  lcmtypes/gpom_status_t.lcm. */
+/** Bit numbers of gpom_wire_status_t.counts[GPOM_WIRE_PROBLEMS], from the lowest bit on.
+ *  lcmtypes/gpom_status_t.lcm says what each one means. */
 enum {
     GPOM_WIRE_PROBLEM_SCAN_TYPE = 0,
     GPOM_WIRE_PROBLEM_SCAN_CRC_ZERO = 1,
@@ -176,17 +176,18 @@ typedef struct {
     int64_t counts[GPOM_WIRE_COUNTS];
 } gpom_wire_status_t;
 
-/** Read a message. After a fault nothing in `message` may be relied on; GPOM_WIRE_VALUE: a state
- *  that is not known. */
+/** Read a message. GPOM_WIRE_VALUE means an unknown state. After a fault nothing in `message` is
+ *  valid. */
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_status_decode(gpom_wire_status_t *message,
                                                          const uint8_t *bytes, size_t n_bytes);
 
-/** Bytes written; 0 if they do not fit or the state is not known. */
+/** Write a message. Returns the bytes written. 0 if they do not fit, a pointer is missing, or the
+ *  state is not known. */
 GPOM_NODISCARD size_t gpom_wire_status_encode(const gpom_wire_status_t *message, uint8_t *bytes,
                                               size_t n_bytes);
 
-/** Put what a map counts of beams into their places in gpom_wire_status_t.counts: each range of an
- *  inserted scan is in one of GPOM_WIRE_BEAMS_.... */
+/** Copy the map's counters of beams to gpom_wire_status_t.counts. Each range of an inserted scan
+ *  counts in one of GPOM_WIRE_BEAMS_.... */
 void gpom_wire_count_beams(const gpom_stats_t *stats, int64_t *counts);
 
 #ifdef __cplusplus

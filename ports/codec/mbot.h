@@ -13,7 +13,7 @@ extern "C" {
 #define GPOM_WIRE_POSE2D_FINGERPRINT UINT64_C(0x1f317af1246276ac)
 #define GPOM_WIRE_OCCUPANCY_GRID_FINGERPRINT UINT64_C(0xd5447e494a66cc92)
 
-/** lcmtypes/mbot_lcm_msgs_lidar_t.lcm. All four arrays have as many elements as ranges_m. */
+/** lcmtypes/mbot_lcm_msgs_lidar_t.lcm. All four arrays have the same number of elements. */
 typedef struct {
     int64_t stamp_us;
     gpom_wire_floats_t ranges_m;
@@ -38,11 +38,11 @@ typedef struct {
     float cell_m;
     uint32_t nx;
     uint32_t ny;
-    const uint8_t *cells; /**< nx * ny log-odds as two's complement; decoded: a view. */
+    const uint8_t *cells; /**< nx * ny log-odds as two's complement. A view after decoding. */
 } gpom_wire_occupancy_grid_t;
 
-/** Read a message; set the arrays' values and n_max before. After a fault only those may be relied
- *  on. A grid whose num_cells is not width * height is GPOM_WIRE_COUNT. */
+/** Read a message. Set `values` and `n_max` of its arrays before. After a fault only these fields
+ *  are valid. If num_cells of a grid is not width * height, the fault is GPOM_WIRE_COUNT. */
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_lidar_decode(gpom_wire_lidar_t *message,
                                                         const uint8_t *bytes, size_t n_bytes);
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_pose2d_decode(gpom_wire_pose2d_t *message,
@@ -50,7 +50,8 @@ GPOM_NODISCARD gpom_wire_fault_t gpom_wire_pose2d_decode(gpom_wire_pose2d_t *mes
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_occupancy_grid_decode(
     gpom_wire_occupancy_grid_t *message, const uint8_t *bytes, size_t n_bytes);
 
-/** Bytes written; 0 if they do not fit, a pointer is missing or counts disagree. */
+/** Write a message. Returns the bytes written. 0 if they do not fit, a pointer is missing, or
+ *  counts that must agree differ. */
 GPOM_NODISCARD size_t gpom_wire_lidar_encode(const gpom_wire_lidar_t *message, uint8_t *bytes,
                                              size_t n_bytes);
 GPOM_NODISCARD size_t gpom_wire_pose2d_encode(const gpom_wire_pose2d_t *message, uint8_t *bytes,

@@ -2,7 +2,7 @@
 
 #include "ports/codec/cursor.h"
 
-/* Bytes of a pixel; 0 for an unknown kind. */
+/* Bytes of a pixel. 0 for an unknown kind. */
 static uint32_t pixel_bytes(uint8_t pixel)
 {
     switch (pixel) {
@@ -25,7 +25,7 @@ static uint32_t pixel_bytes(uint8_t pixel)
 
 static bool is_size_valid(const gpom_wire_pixel_map_t *m)
 {
-    const uint64_t n_pixels = (uint64_t)m->nx * m->ny; /* < 2^62: times 8 could overflow */
+    const uint64_t n_pixels = (uint64_t)m->nx * m->ny; /* < 2^62, but 8 times this may overflow */
     return m->is_compressed == 1 ||
            (n_pixels <= m->n_bytes && n_pixels * pixel_bytes(m->pixel) == m->n_bytes);
 }

@@ -30,19 +30,19 @@ typedef struct {
     double centre0_m[2]; /**< Centre of cell 0. */
     double end_m[2];
     double cell_m;
-    uint8_t is_compressed; /**< 1: pixels are a zlib stream, which the codec does not open. */
+    uint8_t is_compressed; /**< 1: pixels are a zlib stream, which the codec does not unpack. */
     uint8_t pixel;         /**< gpom_wire_pixel_t. */
-    const uint8_t *pixels; /**< n_bytes bytes; decoded: a view. */
+    const uint8_t *pixels; /**< n_bytes bytes. A view after decoding. */
     uint32_t n_bytes;
 } gpom_wire_pixel_map_t;
 
-/** Read a message. After a fault nothing in `message` may be relied on. Without compression
- *  n_bytes must be nx * ny pixels, else GPOM_WIRE_COUNT. */
+/** Read a message. After a fault nothing in `message` is valid. If the pixels are not compressed
+ *  and n_bytes is not the size of nx * ny pixels, the fault is GPOM_WIRE_COUNT. */
 GPOM_NODISCARD gpom_wire_fault_t gpom_wire_pixel_map_decode(gpom_wire_pixel_map_t *message,
                                                             const uint8_t *bytes, size_t n_bytes);
 
-/** Bytes written; 0 if they do not fit, a pointer is missing, or a field breaks what the decoder
- *  checks. */
+/** Write a message. Returns the bytes written. 0 if they do not fit, a pointer is missing, or the
+ *  decoder would refuse a field. */
 GPOM_NODISCARD size_t gpom_wire_pixel_map_encode(const gpom_wire_pixel_map_t *message,
                                                  uint8_t *bytes, size_t n_bytes);
 

@@ -4,8 +4,9 @@
 
 #include <string.h>
 
-/* A slot's life: empty, filling, then complete or given up. The last two still know their message,
- * so that its late fragments are not taken for a new one; they are reused before any other. */
+/* The states of a slot: empty, then filling, then complete or given up. A complete or given-up slot
+ * still knows its message, so that late fragments do not count as a new message. Such slots are
+ * reused before slots that are filling. */
 enum { EMPTY = 0, FILLING, COMPLETE, GIVEN_UP };
 
 #define UNKNOWN UINT32_MAX
@@ -15,7 +16,7 @@ static size_t bitmap_bytes(const gpom_wire_receiver_config_t *config)
     return ((size_t)config->fragments_max + 63) / 64 * 8;
 }
 
-/* One slot with its bitmap and data. */
+/* Bytes of one slot with its bitmap and data. */
 static size_t bytes_per_slot(const gpom_wire_receiver_config_t *config)
 {
     return GPOM_WIRE_RECEIVER_BYTES(1, config->message_bytes_max, config->fragments_max);
@@ -81,7 +82,9 @@ static gpom_wire_slot_t *find(gpom_wire_receiver_t *receiver, uint64_t sender, u
     return NULL;
 }
 
-/* Empty before closed before filling; among equals the one that was quiet for longest. */
+/* True if slot a should be reused before slot b. Empty slots come first, then complete and given-up
+ * ones, then filling ones. Of slots with the same rank, the one with the oldest stamp comes first.
+ */
 static bool is_better_victim(const gpom_wire_slot_t *a, const gpom_wire_slot_t *b)
 {
     const int rank_a = a->state == EMPTY ? 0 : a->state == FILLING ? 2 : 1;
@@ -112,9 +115,10 @@ static gpom_wire_slot_t *claim(gpom_wire_receiver_t *receiver, const gpom_wire_d
 
 static bool agrees(uint32_t known, uint32_t value) { return known == UNKNOWN || known == value; }
 
-/* Every sender cuts a message in the same way: a first fragment, made shorter by the channel, a
- * last one, and between them fragments of one size. So any fragment tells where the others lie, and
- * none can overlap another or leave a hole. */
+/* True if a fragment fits the other fragments of its message. Every sender cuts a message in the
+ * same way. The first fragment is shorter because it contains the channel name. The fragments
+ * between the first and the last all have the same size. So each fragment between them tells where
+ * the others lie, and fragments can neither overlap nor leave a hole. */
 static bool fits_in(gpom_wire_slot_t *slot, const gpom_wire_datagram_t *d)
 {
     if (slot->message_bytes != d->message_bytes || slot->n_fragments != d->n_fragments) {
@@ -139,7 +143,7 @@ static bool fits_in(gpom_wire_slot_t *slot, const gpom_wire_datagram_t *d)
     return true;
 }
 
-/* With all fragments here: do first, between and last fill the message? */
+/* True if all fragments together fill the message. Call it when all have come. */
 static bool is_filled(const gpom_wire_slot_t *slot)
 {
     if (slot->n_fragments == 1) {

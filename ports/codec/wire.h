@@ -1,13 +1,14 @@
 /** \file wire.h
- *  What all of the codec shares: faults, arrays, limits.
+ *  Shared by the whole codec: faults, arrays, limits.
  *
- *  The codec turns LCM messages in caller memory into structs and back: no heap, no operating
- *  system, every length checked before it is used. Any bytes may be handed to a decoder. Each type
- *  has a struct, gpom_wire_<type>_decode() and gpom_wire_<type>_encode(); their fields are those of
- *  lcmtypes/, where units and conventions are written down.
+ *  The codec converts LCM messages in caller memory into structs and back. It uses no heap and no
+ *  operating system, and it checks every length before use. A decoder may be given any bytes. Each
+ *  type has a struct, gpom_wire_<type>_decode() and gpom_wire_<type>_encode(). The fields are those
+ *  of lcmtypes/, where units and conventions are described.
  *
- *  Cost of a decode or encode: a few operations a byte, and 8 steps a byte for the CRC-32 of gpom's
- *  own types. Stack: under 1 KiB. Safe in an interrupt if the time is; no state of its own. */
+ *  Cost of a decode or encode: a few operations per byte, and 8 steps per byte for the CRC-32 of
+ *  gpom's own types. Stack: under 1 KiB. The codec has no state, so it is safe in an interrupt that
+ *  has enough time. */
 #ifndef GPOM_CODEC_WIRE_H
 #define GPOM_CODEC_WIRE_H
 
@@ -20,41 +21,44 @@
 extern "C" {
 #endif
 
-/** Payload of an Ethernet frame's UDP datagram: IP fragments none. */
+/** Most payload of a UDP datagram that fits one Ethernet frame, so that IP does not fragment it. */
 #define GPOM_WIRE_DATAGRAM_BYTES 1472u
 
-/** Longest channel name, its NUL not counted (LCM's limit). */
+/** Longest channel name without its NUL (LCM's limit). */
 #define GPOM_WIRE_CHANNEL_MAX 63u
 
-/** Why bytes are not a message, or a struct cannot become one: one cause each, to be counted. */
+/** Why bytes are not a message, or why a struct cannot be written as one. Each fault has one cause,
+ *  so that it can be counted. */
 typedef enum {
     GPOM_WIRE_OK = 0,
-    GPOM_WIRE_ARG,      /**< The caller's: a null pointer. */
+    GPOM_WIRE_ARG,      /**< Error of the caller: a null pointer. */
     GPOM_WIRE_TYPE,     /**< Another fingerprint, or not an LCM datagram. */
     GPOM_WIRE_SHORT,    /**< The bytes end before the message does. */
     GPOM_WIRE_LONG,     /**< Bytes are left after the message. */
-    GPOM_WIRE_CRC,      /**< Damaged on the way: CRC-32 does not fit (gpom's own types). */
-    GPOM_WIRE_COUNT,    /**< A count is negative, or two that must agree do not. */
+    GPOM_WIRE_CRC,      /**< Damaged on the way: the CRC-32 is wrong (gpom's own types). */
+    GPOM_WIRE_COUNT,    /**< A count is negative, or two counts that must agree differ. */
     GPOM_WIRE_CAPACITY, /**< More elements or bytes than the receiving memory holds. */
-    GPOM_WIRE_VALUE,    /**< A field has a value that its definition does not know. */
-    GPOM_WIRE_FAULTS    /**< Number of the above, for arrays of counters. */
+    GPOM_WIRE_VALUE,    /**< A field has a value that its definition does not allow. */
+    GPOM_WIRE_FAULTS    /**< Number of values above, for arrays of counters. */
 } gpom_wire_fault_t;
 
-/** One line of English for a fault; never NULL, static storage. */
+/** One line of English for a fault. Never NULL. The text has static storage. */
 const char *gpom_wire_fault_str(gpom_wire_fault_t fault);
 
-/** First 8 bytes of a message, which tell its type; 0 (no type's) if there are fewer. */
+/** First 8 bytes of a message, which identify its type. 0 if there are fewer bytes. No type has
+ *  fingerprint 0. */
 uint64_t gpom_wire_fingerprint(const uint8_t *bytes, size_t n_bytes);
 
-/** Floats in the caller's array. Decoding: n_max says how many fit, n is set; with values NULL they
- *  are skipped, whatever their number. Encoding: n values are sent, n_max is not used. */
+/** Floats in the caller's array. Decoding: the array has room for n_max elements, and n is set. If
+ *  `values` is NULL, the elements are skipped, whatever their number. Encoding: n values are
+ *  written, and n_max is not used. */
 typedef struct {
     float *values;
     uint32_t n_max;
     uint32_t n;
 } gpom_wire_floats_t;
 
-/** Times [us] in the caller's array; as gpom_wire_floats_t. */
+/** Times [us] in the caller's array. Used in the same way as gpom_wire_floats_t. */
 typedef struct {
     int64_t *values;
     uint32_t n_max;

@@ -1,15 +1,17 @@
-/* What calls cost on a Cortex-M: the image whose intervals icount_plugin.c counts.
+/* The image that measures what calls cost on a Cortex-M. icount_plugin.c counts the instructions of
+ * its intervals.
  *
- * A street's scans go into a live map with a low-resolution map of 32 x 32 cells, all of its work
- * done after each scan; then points are asked for, with 8 + 8 neighbours and with 16 + 16, of the
- * street preset and of the default hyperparameters. Each interval prints "count NAME UNITS".
+ * The scans of a street go into a live map with a low-resolution map of 32 x 32 cells. After each
+ * scan all work on the map is done. Then points are queried, with 8 + 8 and with 16 + 16
+ * neighbours, with the street preset and with the default hyperparameters. Each interval prints
+ * "count NAME UNITS".
  */
 #include "gpom/presets/street.h"
 #include "ports/cortex_m/device_limits.h"
 #include "ports/cortex_m/semihosting.h"
 #include "street.h"
 
-enum { MANY = 16, POINTS = 100 }; /* neighbours of each kind; points asked for */
+enum { MANY = 16, POINTS = 100 }; /* neighbours of each kind; points of a query */
 
 static uint64_t map_memory[(GPOM_MAP_BYTES(DEVICE_BEAM_MAX, DEVICE_NX *DEVICE_NY) + 7) / 8];
 static uint8_t scratch_memory[GPOM_SCRATCH_BYTES(2 * MANY, 1)];
@@ -70,7 +72,7 @@ static void insert_scan(gpom_map_t *map, int i_scan, const char *name)
     require(status);
 }
 
-/* All the work that is left, in slices of the least budget. */
+/* Do all work that is left, in slices of the least budget. */
 static void step(gpom_map_t *map, uint32_t n_points)
 {
     uint64_t n_used;
@@ -91,7 +93,8 @@ static uint32_t dirty_cells(const gpom_map_t *map)
     return info.n_dirty;
 }
 
-/* The round over all cells that follows a change: nothing is dirty, no tree is being built. */
+/* Measure the round over all cells that follows a change. Before it, trees are built and dirty
+ * cells are evaluated, so that only the round is measured. */
 static void refresh(gpom_map_t *map, uint32_t n_points, const char *name)
 {
     uint64_t n_used;
@@ -118,7 +121,7 @@ static void query(const gpom_map_t *map, const char *name)
     require(status);
 }
 
-/* A map of the whole street, indexed at once, and queries of it. */
+/* Make a map of the whole street, index it at once, and query it. */
 static gpom_map_t *query_street(const gpom_params_t *params, uint16_t n_each, const char *name)
 {
     gpom_map_t *const map = make_map(params, n_each);

@@ -1,4 +1,5 @@
-/* The image of a real device: scans come over UART 0, the map goes back (ports/uart/device.h). */
+/* The image of a real device. Scans come over UART 0, and the map goes back over it
+ * (ports/uart/device.h). */
 #include "gpom/presets/street.h"
 #include "ports/cortex_m/device_limits.h"
 #include "ports/cortex_m/mps2.h"
@@ -28,7 +29,8 @@ static gpom_device_config_t configure(void)
     return config;
 }
 
-/* Only where the configuration was changed and not tried: the watchdog tries again for ever. */
+/* Returns only if the configuration is wrong, which a test of a changed configuration shows. The
+ * watchdog then restarts the device again and again. */
 int main(void)
 {
     mps2_init();

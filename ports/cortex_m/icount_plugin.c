@@ -3,12 +3,12 @@
  *   -plugin libicount.so,begin=ADDRESS,end=ADDRESS,out=FILE
  *
  * ADDRESS is a marker's first instruction (hexadecimal, without the Thumb bit). Each interval adds
- * one line to FILE: the number of instructions from the marker `begin`, its own excluded, to the
- * marker `end`, its own excluded. The count is of instructions, not cycles: QEMU models neither
- * pipeline, cache nor flash wait states.
+ * one line to FILE: the number of instructions between the first instruction of marker `begin` and
+ * the first instruction of marker `end`, without these two. The plugin counts instructions, not
+ * cycles, because QEMU does not model pipeline, cache and flash wait states.
  *
- * Debian ships QEMU with plugins but without qemu-plugin.h, so the part used of its API
- * (version 1, QEMU 4.2 to 8.x) is declared here. */
+ * Debian ships QEMU with plugins but without qemu-plugin.h. So the used part of its API (version 1,
+ * QEMU 4.2 to 8.x) is declared here. */
 #include <inttypes.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -62,7 +62,7 @@ static void on_end(unsigned int vcpu, void *userdata)
     (void)userdata;
     if (counting) {
         fprintf(out, "%" PRIu64 "\n", n_counted);
-        fflush(out); /* QEMU may leave without closing files */
+        fflush(out); /* QEMU may exit without closing files */
     }
     counting = false;
 }

@@ -1,7 +1,9 @@
-/* A Gaussian-process occupancy map on a bare Cortex-M: a street's scans go in, answers come out.
+/* A Gaussian-process occupancy map on a bare Cortex-M. The scans of a street go in, and answers
+ * come out.
  *
- * The scans, hyperparameters and points are those of street.h, made at build time; the tests
- * compare the printed answers with what the host's gpom-query says of the same files. */
+ * The scans, hyperparameters and points are in street.h, which is generated at build time. The
+ * tests compare the printed answers with the answers of gpom-query on the host for the same files.
+ */
 #include "gpom/gpom.h"
 #include "gpom/presets/street.h"
 #include "semihosting.h"
@@ -49,7 +51,7 @@ static gpom_status_t insert_street(gpom_map_t *map)
     return GPOM_OK;
 }
 
-/* The bits of a float as a decimal number, so that nothing is lost in print. */
+/* Print the bits of a float as a decimal number, so that no digits are lost. */
 static void print_bits(float value)
 {
     const union {

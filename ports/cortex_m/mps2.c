@@ -2,7 +2,7 @@
 
 #include "ports/cortex_m/ring.h"
 
-/* CMSDK peripherals: Arm Cortex-M System Design Kit TRM (DDI 0479), sections 4.3 to 4.5; addresses
+/* CMSDK peripherals: Arm Cortex-M System Design Kit TRM (DDI 0479), sections 4.3 to 4.5. Addresses
  * and interrupts: Arm AN500, section 4. */
 typedef struct {
     volatile uint32_t data, state, control, interrupt, divider;
@@ -30,7 +30,7 @@ enum {
     TIMER_ON = 1,
     WATCHDOG_INTERRUPT = 1,
     WATCHDOG_RESET = 2,
-    SYSTICK_ON = 7, /* counting, with its interrupt, by the processor's clock */
+    SYSTICK_ON = 7, /* count with the processor's clock, interrupt on */
 };
 enum { UART_STATE_OUT_FULL = 1, UART_STATE_IN_FULL = 2, UART_STATE_IN_OVERRUN = 8 };
 enum { UART_ON = 3, UART_OUT_INTERRUPT = 4, UART_IN_INTERRUPT = 8 };
@@ -40,27 +40,27 @@ enum { NVIC_UART_IN = 1, NVIC_UART_OUT = 2 };
 #define WATCHDOG_KEY 0x1acce551u
 #define KEPT_KEY 0x6b657074u
 
-/* Rings between interrupts and the main loop. */
+/* Bytes between the interrupts and the main loop. */
 static ring_t incoming, outgoing;
 static volatile uint32_t n_overruns;
 
-/* Outlives a reset; nonsense after power came, until the key says otherwise. */
+/* Keeps its values over a reset. After power-on the values are random until `key` is KEPT_KEY. */
 __attribute__((section(".kept"))) static struct {
     uint32_t key;
     uint32_t n_resets;
-    uint32_t is_hanging; /* 1: a reset by the watchdog is due */
+    uint32_t is_hanging; /* 1: the watchdog will reset the board */
 } kept;
 
-static uint32_t ticks_before; /* timer's count at the last look */
-static int64_t ticks;         /* since mps2_init() */
+static uint32_t ticks_before; /* ticks of the timer when it was read last, modulo 2^32 */
+static int64_t ticks;         /* ticks since mps2_init() */
 
 void uart0_receive_entry(void);
 void uart0_transmit_entry(void);
 void systick_entry(void);
 void nmi_entry(void);
 
-/* While the ring is full its interrupt is off: what then comes overruns the UART, which notes it.
- * (QEMU's lines wait instead.) */
+/* If the ring is full, the receive interrupt is switched off. Bytes that come then overrun the
+ * UART, which sets its overrun bit. (In QEMU the line waits instead.) */
 void uart0_receive_entry(void)
 {
     UART0->interrupt = UART_CLEAR_IN;
@@ -86,10 +86,10 @@ void uart0_transmit_entry(void)
     }
 }
 
-/* Its only purpose is to end mps2_sleep(). */
+/* The interrupt only ends mps2_sleep(). */
 void systick_entry(void) {}
 
-/* Never inlined: a test puts the processor here to see what the watchdog does. */
+/* Never inlined: a test sends the processor here to check the watchdog. */
 __attribute__((noinline)) static void wait_for_ever(void)
 {
     for (;;) {
@@ -97,7 +97,8 @@ __attribute__((noinline)) static void wait_for_ever(void)
     }
 }
 
-/* The watchdog's first call: the main loop hangs. Note it, and let the second one reset. */
+/* The watchdog ran out once, so the main loop hangs. Note this, and wait until the watchdog runs
+ * out again and resets the board. */
 void nmi_entry(void)
 {
     kept.is_hanging = 1;
@@ -130,7 +131,8 @@ void mps2_init(void)
     WATCHDOG_LOCK = 0;
 }
 
-/* The timer counts down from 2^32 - 1 and over in 171 s: look at it more often. */
+/* The timer counts down from 2^32 - 1 and wraps every 171 s. It must be read more often than this.
+ */
 static int64_t now_us(void *ctx)
 {
     (void)ctx;
@@ -149,7 +151,7 @@ static size_t bytes_read(void *ctx, uint8_t *bytes, size_t n_max)
     }
     if ((UART0->control & UART_IN_INTERRUPT) == 0 && !ring_is_full(&incoming)) {
         UART0->control = UART_ON | UART_IN_INTERRUPT | UART_OUT_INTERRUPT;
-        NVIC_PEND = NVIC_UART_IN; /* for a byte that waits since then */
+        NVIC_PEND = NVIC_UART_IN; /* a byte may have waited since the ring was full */
     }
     return n;
 }
@@ -161,7 +163,7 @@ static size_t bytes_write(void *ctx, const uint8_t *bytes, size_t n_bytes)
     while (n < n_bytes && !ring_is_full(&outgoing)) {
         ring_put(&outgoing, bytes[n++]);
     }
-    NVIC_PEND = NVIC_UART_OUT; /* begins where the line was idle */
+    NVIC_PEND = NVIC_UART_OUT; /* starts sending if the line was idle */
     return n;
 }
 

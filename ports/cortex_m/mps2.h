@@ -1,14 +1,14 @@
-/* What the device uses of an mps2 board: CMSDK UART 0, CMSDK timer 0, CMSDK watchdog, SysTick. QEMU
- * models all of them (mps2-an500: Cortex-M7; mps2-an386: Cortex-M4F). */
+/* The parts of an mps2 board that the device uses: CMSDK UART 0, CMSDK timer 0, CMSDK watchdog,
+ * SysTick. QEMU models all of them (mps2-an500: Cortex-M7; mps2-an386: Cortex-M4F). */
 #ifndef GPOM_PORTS_CORTEX_M_MPS2_H
 #define GPOM_PORTS_CORTEX_M_MPS2_H
 
 #include "ports/uart/device.h"
 
-/** Bits a second of UART 0. */
+/** Bits per second of UART 0. */
 #define MPS2_BAUD 1000000u
 
-/** The watchdog restarts the board when it was not fed for twice so long. */
+/** The watchdog restarts the board if it was not fed for twice this time. */
 #define MPS2_WATCHDOG_MS 2000u
 
 /** Start clock, UART and watchdog. */
@@ -17,7 +17,7 @@ void mps2_init(void);
 /** The hooks of ports/uart/device.h. */
 gpom_port_t mps2_port(void);
 
-/** Sleep until bytes came, could be sent, or a millisecond went by. */
+/** Sleep until bytes come, bytes can be sent, or a millisecond has passed. */
 void mps2_sleep(void);
 
 #endif

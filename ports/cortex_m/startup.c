@@ -1,5 +1,6 @@
-/* Start-up for a bare Cortex-M4F/M7: vector table, FPU, initialised data, faults to an exit code.
- * No C library start-up files, no static constructors (the linker script rejects them). */
+/* Start-up for a bare Cortex-M4F/M7: vector table, FPU, initialised data, and an exit code for
+ * faults. It uses no start-up files of a C library. There are no static constructors, because the
+ * linker script rejects them. */
 #include "semihosting.h"
 
 #include <stdint.h>
@@ -13,7 +14,7 @@
 #define CPACR (*(volatile uint32_t *)0xE000ED88u)
 #define CPACR_FPU_FULL_ACCESS (0xFu << 20)
 
-#define VECTORS 18 /* the processor's 16, and interrupts 0 and 1 */
+#define VECTORS 18 /* 16 of the processor, and interrupts 0 and 1 */
 
 extern uint32_t stack_top, data_load, data_begin, data_end, bss_begin, bss_end;
 
@@ -50,7 +51,7 @@ void semihosting_exit(int code)
     }
 }
 
-/* Never inlined or merged: the counter finds them by address. */
+/* Never inlined or merged, because icount_plugin.c finds the markers by their addresses. */
 __attribute__((noinline, noclone, used)) void gpom_count_begin(void)
 {
     __asm__ volatile("" ::: "memory");
@@ -82,7 +83,8 @@ void reset_entry(void)
     semihosting_exit(main());
 }
 
-/* Entries of exceptions and interrupts that an image may define; the others end the run. */
+/* Entries of exceptions and interrupts that an image may define. An entry that it does not define
+ * ends the run as a fault. */
 #define MAY_BE_DEFINED __attribute__((weak, alias("fault_entry")))
 void nmi_entry(void) MAY_BE_DEFINED;
 void systick_entry(void) MAY_BE_DEFINED;
@@ -96,7 +98,7 @@ typedef union {
 
 __attribute__((section(".vectors"), used)) static const vector_t vectors[VECTORS] = {
     {.stack = &stack_top},           {.entry = reset_entry}, {.entry = nmi_entry},
-    {.entry = fault_entry}, /* hard fault, to which all other faults escalate */
+    {.entry = fault_entry}, /* hard fault; all other faults escalate to it */
     {.entry = fault_entry},          {.entry = fault_entry}, {.entry = fault_entry},
     {.entry = fault_entry},          {.entry = fault_entry}, {.entry = fault_entry},
     {.entry = fault_entry},          {.entry = fault_entry}, {.entry = fault_entry},

@@ -1,5 +1,5 @@
-/* A user's own unit test on the PC: the device with a clock that the test moves and a line in
- * memory. Nothing waits, and each run is the same. Returns 0 if all is as expected. */
+/* An example of a unit test on the PC. The test moves the clock of the device, and the line is in
+ * memory. So nothing waits, and each run is the same. Returns 0 if all is as expected. */
 #include "ports/uart/device.h"
 
 #include <math.h>
@@ -8,7 +8,7 @@
 
 enum { BEAM_MAX = 256, N_SIDE = 16, RANGES_MAX = 91, LINE_BYTES = 65536 };
 
-/* What the hooks stand for here. */
+/* Clock, line and watchdog that the hooks use in this test. */
 typedef struct {
     int64_t now_us;
     uint8_t in[LINE_BYTES], out[LINE_BYTES];
@@ -84,7 +84,7 @@ static void make_device(void)
            "the device is made");
 }
 
-/* Let some time go by, a millisecond a turn. */
+/* Let n_ms pass. Each turn of the device takes a millisecond. */
 static void run_ms(int n_ms)
 {
     for (int i = 0; i < n_ms; ++i) {
@@ -93,7 +93,7 @@ static void run_ms(int n_ms)
     }
 }
 
-/* Put a scan of so many metres all round onto the line, taken at x. */
+/* Put a scan onto the line. It was taken at x_m, and all its ranges are range_m. */
 static void send_ranges(uint32_t sequence, double x_m, float range_m)
 {
     static uint16_t number;
@@ -122,7 +122,7 @@ static void send_ranges(uint32_t sequence, double x_m, float range_m)
 /* Put a scan of a wall 5 m ahead onto the line. */
 static void send_scan(uint32_t sequence) { send_ranges(sequence, 0.0, 5.0f); }
 
-/* The newest message of a channel among what the device sent. False: none. */
+/* Find the newest message of a channel that the device sent. False if there is none. */
 static bool find_message(const char *channel, gpom_wire_message_t *found)
 {
     static uint8_t body[GPOM_WIRE_DATAGRAM_BYTES + GPOM_UART_BODY_BYTES];
@@ -164,7 +164,8 @@ static gpom_wire_status_t newest_status(void)
     return status;
 }
 
-/* Class of the cell at a place, as a planner behind the line sees it. */
+/* Class of the cell at a place, as a planner at the other end of the line sees it. -1 if no map
+ * came. */
 static int class_at(double x_m, double y_m)
 {
     gpom_wire_message_t message;
@@ -214,7 +215,7 @@ static void test_lost_and_repeated(void)
     send_scan(0);
     send_scan(4);
     send_scan(4);
-    send_scan(2000000000); /* no sensor sends so many: its numbers began anew */
+    send_scan(2000000000); /* no sensor sends so many: its numbers started again */
     run_ms(1500);
     const gpom_wire_status_t status = newest_status();
     expect(status.counts[GPOM_WIRE_SCANS_LOST] == 3, "three scans between are lost");
@@ -222,8 +223,8 @@ static void test_lost_and_repeated(void)
     expect(status.counts[GPOM_WIRE_SCANS_INSERTED] == 3, "the others are in the map");
 }
 
-/* Scans that go on coming but tell nothing, for two seconds: refused because of their x, or without
- * a usable reading. */
+/* After a good scan, scans come for two seconds that tell nothing about the surroundings. The map
+ * refuses them because of their x_m, or their readings are not usable. */
 static void test_stale(double x_m, float range_m)
 {
     make_device();

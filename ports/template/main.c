@@ -1,7 +1,7 @@
-/* A device of your own: numbers first, memory follows from them, then the main loop. */
+/* A device of your own. First come the limits, which determine the memory, then the main loop. */
 #include "ports/template/port.h"
 
-/* POINTS: n_hits + n_free of your hyperparameters; LANES: gpom_lanes() of your library, 1 on a
+/* POINTS is n_hits + n_free of your hyperparameters. LANES is gpom_lanes() of your library: 1 on a
  * microcontroller. */
 enum { BEAM_MAX = 476, NX = 32, NY = 32, RANGES_MAX = 361, POINTS = 16, LANES = 1 };
 
@@ -25,6 +25,6 @@ int main(void)
         return 1;
     }
     for (;;) {
-        (void)gpom_device_tick(&device); /* false: sleep until the next interrupt */
+        (void)gpom_device_tick(&device); /* if false, you may sleep until the next interrupt */
     }
 }

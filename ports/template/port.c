@@ -1,6 +1,6 @@
 #include "ports/template/port.h"
 
-/* The registers of your clock, line and watchdog, and rings for their interrupts. */
+/* Put the registers of your clock, line and watchdog here, and rings for their interrupts. */
 typedef struct {
     int64_t now_us;
     uint32_t n_overruns;
@@ -12,7 +12,7 @@ static board_t board;
 static int64_t now_us(void *ctx)
 {
     const board_t *const here = ctx;
-    return here->now_us; /* yours: a timer, extended to 64 bits */
+    return here->now_us; /* replace: read a timer that is extended to 64 bits */
 }
 
 static size_t bytes_read(void *ctx, uint8_t *bytes, size_t n_max)
@@ -20,17 +20,17 @@ static size_t bytes_read(void *ctx, uint8_t *bytes, size_t n_max)
     (void)ctx;
     (void)bytes;
     (void)n_max;
-    return 0; /* yours: out of the ring that the receive interrupt fills */
+    return 0; /* replace: get bytes from the ring that the receive interrupt fills */
 }
 
 static size_t bytes_write(void *ctx, const uint8_t *bytes, size_t n_bytes)
 {
     (void)ctx;
     (void)bytes;
-    return n_bytes; /* yours: into the ring that the transmit interrupt empties */
+    return n_bytes; /* replace: put bytes into the ring that the transmit interrupt empties */
 }
 
-static void watchdog_feed(void *ctx) { (void)ctx; /* yours: its register */ }
+static void watchdog_feed(void *ctx) { (void)ctx; /* replace: write its register */ }
 
 static uint32_t line_overruns(void *ctx)
 {

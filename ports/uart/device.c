@@ -10,18 +10,18 @@ static const char request_channel[] = "GPOM_MAP_REQUEST";
 
 #define FRAGMENT_TIMEOUT_US 1000000
 
-/* Bearings, steps and stamps beyond these are nobody's. */
+/* No sender has greater bearings, steps or stamps than these. */
 #define BEARING_MAX_RAD 100.0
 #define STEP_MAX_RAD 10.0
 #define STAMP_MAX_US (INT64_MAX / 4)
 
-/* No sensor scans more often, and so many numbers may be missing at once: a number farther ahead is
- * that of a sender which began to count anew. */
+/* No sensor scans more often than SCAN_PERIOD_MIN_US. Besides, LOST_MAX numbers may be missing at
+ * once. A number that is farther ahead comes from a sender that started to count again. */
 #define SCAN_PERIOD_MIN_US 100
 #define LOST_MAX 1000
 
-/* So many scans in a row, in order, that are older than the newest: the sender's clock was set
- * back, and is followed. */
+/* If this many scans in a row come in order but are older than the newest, the sender's clock was
+ * set back. The device follows it. */
 enum { SET_BACK_SCANS = 10 };
 
 void gpom_device_config_init(gpom_device_config_t *config)
@@ -36,7 +36,7 @@ void gpom_device_config_init(gpom_device_config_t *config)
     config->stale_after_us = 1000000;
 }
 
-/* Cuts the caller's memory into pieces of whole 8 bytes. */
+/* Cuts the caller's memory into pieces whose sizes are multiples of 8 bytes. */
 typedef struct {
     uint8_t *at;
     size_t n_left;
@@ -116,7 +116,7 @@ gpom_status_t gpom_device_init(gpom_device_t *device, const gpom_device_config_t
     return status == GPOM_OK ? make_receiver(device, &memory) : status;
 }
 
-/* NaN fails. */
+/* False for NaN. */
 static bool is_within(double value, double max) { return value >= -max && value <= max; }
 
 static uint32_t place_of(gpom_wire_fault_t fault)
@@ -126,8 +126,8 @@ static uint32_t place_of(gpom_wire_fault_t fault)
                                     : GPOM_WIRE_SCANS_MALFORMED;
 }
 
-/* A scan behind the newest: the last of so many in a row, in order, that the sender's clock must
- * have been set back? */
+/* Note a scan that is older than the newest. True if it is the last of SET_BACK_SCANS such scans in
+ * a row and in order. Then the sender's clock was set back. */
 static bool is_set_back(gpom_device_t *device, int64_t stamp_us)
 {
     const bool is_in_order = device->n_behind > 0 && stamp_us > device->behind_us;
@@ -136,7 +136,8 @@ static bool is_set_back(gpom_device_t *device, int64_t stamp_us)
     return device->n_behind >= SET_BACK_SCANS;
 }
 
-/* Is a scan later than the newest? A lower number with a later stamp: the sender began anew. */
+/* True if a scan has a later stamp than the newest one, or if the sender's clock was set back. The
+ * number may be lower, because the sender may have started to count again. */
 static bool is_next(gpom_device_t *device, const gpom_wire_scan_t *scan, int64_t now_us)
 {
     const int32_t ahead = (int32_t)(scan->sequence - device->sequence);
@@ -161,7 +162,8 @@ static bool is_next(gpom_device_t *device, const gpom_wire_scan_t *scan, int64_t
     return true;
 }
 
-/* Readings until now that say nothing of what is around: of a covered sensor all are such. */
+/* Number of readings so far that say nothing about the surroundings. All readings of a covered
+ * sensor are of this kind. */
 static uint64_t unusable_readings(const gpom_device_t *device)
 {
     gpom_stats_t stats;
@@ -184,7 +186,7 @@ static void insert(gpom_device_t *device, const gpom_wire_scan_t *wire, int64_t 
     const uint64_t n_unusable = unusable_readings(device);
     const gpom_status_t status =
         gpom_scan_insert(device->map, &scan, &device->config.sensor, &pose);
-    if (status != GPOM_OK) { /* the scan's other fields were checked: it is the pose */
+    if (status != GPOM_OK) { /* the pose is wrong: the other fields of the scan were checked */
         ++device->counts[status == GPOM_ERR_REACH ? GPOM_WIRE_SCANS_OUT_OF_REACH
                                                   : GPOM_WIRE_SCANS_BAD_POSE];
         return;
@@ -231,7 +233,7 @@ static bool is_channel(const char *name, const char *channel)
     return false;
 }
 
-/* True: it was a scan, which is enough for a tick. */
+/* Take the datagram of a frame. True if it completed a scan, which is enough work for one tick. */
 static bool take_frame(gpom_device_t *device, const gpom_uart_frame_t *frame, int64_t now_us)
 {
     const gpom_wire_arrival_t arrival = {frame->datagram, frame->n_bytes, 0, now_us};
@@ -251,7 +253,7 @@ static bool take_frame(gpom_device_t *device, const gpom_uart_frame_t *frame, in
     return false;
 }
 
-/* True: something came. */
+/* Take bytes from the line. True if something came. */
 static bool take_bytes(gpom_device_t *device, int64_t now_us)
 {
     const gpom_port_t *const port = &device->port;

@@ -29,24 +29,24 @@ static void take(gpom_uart_frame_reader_t *reader, uint8_t byte)
     }
 }
 
-/* Is a frame's number new? Keeps count of what is missing. */
+/* True if a frame's number is new. Counts the numbers that are missing before it. */
 static bool is_new(gpom_uart_frame_reader_t *reader, uint16_t number)
 {
     if (reader->has_newest && number != 0) {
-        /* Numbers are counted modulo 65535: 0 is outside of the circle. */
+        /* Numbers run 1 .. 65535 and then start at 1 again. 0 is not one of them. */
         const uint32_t ahead = (number + 65535u - reader->newest) % 65535u;
         if (ahead == 0 || ahead >= 65535u - GPOM_UART_FRAME_WINDOW) {
             ++reader->stats.frames_repeated;
             return false;
         }
-        reader->stats.frames_lost += ahead < 65535u / 2 ? ahead - 1 : 0; /* else: it began anew */
+        reader->stats.frames_lost += ahead < 65535u / 2 ? ahead - 1 : 0; /* else: a new start */
     }
     reader->has_newest = true;
     reader->newest = number;
     return true;
 }
 
-/* A zero came: what is in front of it? */
+/* A zero came. True if the bytes before it are a whole frame with a new number. */
 static bool is_whole(gpom_uart_frame_reader_t *reader, gpom_uart_frame_t *frame)
 {
     gpom_uart_frame_stats_t *const stats = &reader->stats;
@@ -102,7 +102,8 @@ bool gpom_uart_frame_read(gpom_uart_frame_reader_t *reader, uint8_t byte, gpom_u
     return false;
 }
 
-/* COBS as it is written: the place of the piece's first byte is kept until its length is known. */
+/* COBS while it is written. The first byte of a piece is left open until the length of the piece is
+ * known. */
 typedef struct {
     uint8_t *bytes;
     size_t n_max;
@@ -125,7 +126,7 @@ static void piece_end(line_t *line)
         line->bytes[line->i_piece] = (uint8_t)(line->n - line->i_piece);
     }
     line->i_piece = line->n;
-    line_byte(line, 0); /* place of the next piece's length */
+    line_byte(line, 0); /* left open for the length of the next piece */
 }
 
 static void line_bytes(line_t *line, const uint8_t *bytes, size_t n_bytes)
@@ -150,13 +151,13 @@ size_t gpom_uart_frame_write(const gpom_uart_frame_t *frame, uint8_t *bytes, siz
     const uint8_t head[HEAD_BYTES] = {(uint8_t)(frame->n_bytes >> 8), (uint8_t)frame->n_bytes,
                                       (uint8_t)(frame->number >> 8), (uint8_t)frame->number};
     line_byte(&line, 0);
-    line_byte(&line, 0); /* place of the first piece's length */
+    line_byte(&line, 0); /* left open for the length of the first piece */
     line_bytes(&line, head, sizeof head);
     line_bytes(&line, frame->datagram, frame->n_bytes);
     const uint8_t crc[CRC_BYTES] = {(uint8_t)(line.crc >> 24), (uint8_t)(line.crc >> 16),
                                     (uint8_t)(line.crc >> 8), (uint8_t)line.crc};
     line_bytes(&line, crc, sizeof crc);
-    piece_end(&line); /* its place for another length becomes the zero that ends the frame */
+    piece_end(&line); /* the byte that it leaves open is the zero that ends the frame */
     return line.n <= n_max ? line.n : 0;
 }
 

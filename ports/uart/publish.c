@@ -1,4 +1,4 @@
-/* What the device sends: tiles of the low-resolution map, and its status. */
+/* Sends the tiles of the low-resolution map and the status of the device. */
 #include "gpom/crc32.h"
 #include "ports/uart/device_parts.h"
 
@@ -7,7 +7,7 @@
 static const char map_channel[] = "GPOM_MAP";
 static const char status_channel[] = "GPOM_STATUS";
 
-/* Keyframes that were asked for are so far apart at least: they would fill the line. */
+/* Least time between keyframes that were asked for. More of them would fill the line. */
 #define REQUEST_PERIOD_US 1000000
 
 static uint32_t ceil_div(uint32_t a, uint32_t b) { return (a + b - 1) / b; }
@@ -20,7 +20,7 @@ uint32_t gpom_device_tile_count(const gpom_config_t *config)
            ceil_div(config->lowres_ny, GPOM_DEVICE_TILE_NY);
 }
 
-/* The newest scan's stamp and what went by since. */
+/* The stamp of the newest scan plus the time since it came. */
 static int64_t stamp_of(const gpom_device_t *device, int64_t now_us)
 {
     return device->counts[GPOM_WIRE_SCANS_INSERTED] > 0
@@ -28,14 +28,14 @@ static int64_t stamp_of(const gpom_device_t *device, int64_t now_us)
                : 0;
 }
 
-/* Write what is before a message. Bytes. */
+/* Write the header of a datagram. Returns its bytes. */
 static size_t begin(gpom_device_t *device, const char *channel)
 {
     return gpom_wire_datagram_begin(device->datagram, sizeof device->datagram, channel,
                                     device->datagram_sequence++);
 }
 
-/* Put the datagram of n_bytes into a frame, to be sent from now on. */
+/* Put the datagram of n_bytes into a frame, and begin to send the frame. */
 static void end(gpom_device_t *device, size_t n_bytes)
 {
     const gpom_uart_frame_t frame = {device->datagram, (uint32_t)n_bytes, device->frame_number};
@@ -60,7 +60,8 @@ static tile_t tile_of(const gpom_device_t *device, uint32_t i_tile)
     return tile;
 }
 
-/* Codes of a tile's cells: probabilities, then variances and classes. Their CRC-32. */
+/* Write the codes of a tile's cells: first all probabilities, then all variances and classes.
+ * Returns the CRC-32 of the codes. */
 static uint32_t encode_cells(gpom_device_t *device, const tile_t *tile)
 {
     const uint32_t n = tile->nx * tile->ny;
@@ -68,7 +69,7 @@ static uint32_t encode_cells(gpom_device_t *device, const tile_t *tile)
         gpom_cell_t cell;
         if (gpom_lowres_cell(device->map, GPOM_LAYER_COARSE, tile->ix0 + i % tile->nx,
                              tile->iy0 + i / tile->nx, &cell) != GPOM_OK) {
-            return 0; /* tiles lie within the raster */
+            return 0; /* never happens, because tiles lie within the raster */
         }
         device->codes[i] = gpom_wire_probability_code(cell.probability, cell.cls);
         device->codes[n + i] = gpom_wire_variance_class_code(cell.variance, cell.cls);
@@ -135,21 +136,21 @@ static uint16_t count_bits(uint64_t bits)
     return n;
 }
 
-/* A keyframe was asked for, and may go out already. */
+/* True if a keyframe was asked for and may be sent now. */
 static bool has_request(const gpom_device_t *device, int64_t now_us)
 {
     return device->is_requested && now_us >= device->request_due_us;
 }
 
-/* Begin a publication: which tiles? Where nothing changed but scans came, the robot's: its stamp
- * tells that the map is fresh. */
+/* Begin a publication: choose the tiles to send. If scans came but no tile changed, the robot's
+ * tile is sent, because its stamp shows that the map is fresh. */
 static void begin_map(gpom_device_t *device, int64_t now_us)
 {
     const gpom_raster_t before = device->info.raster;
     const uint32_t epoch = device->info.frame_epoch;
     if (device->counts[GPOM_WIRE_SCANS_INSERTED] == 0 ||
         gpom_lowres_info(device->map, GPOM_LAYER_COARSE, &device->info) != GPOM_OK) {
-        return; /* nothing to tell yet */
+        return; /* there is nothing to send yet */
     }
     const bool is_same = device->has_sent && before.x0_m == device->info.raster.x0_m &&
                          before.y0_m == device->info.raster.y0_m &&
@@ -176,7 +177,7 @@ static void begin_map(gpom_device_t *device, int64_t now_us)
     device->n_to_send = count_bits(device->tiles_left);
 }
 
-/* The raster moved since the publication began: its tiles no longer fit each other. */
+/* True if the raster moved since the publication began. Then its tiles no longer fit together. */
 static bool has_moved(const gpom_device_t *device)
 {
     gpom_lowres_info_t info;
@@ -186,7 +187,7 @@ static bool has_moved(const gpom_device_t *device)
            info.frame_epoch != device->info.frame_epoch;
 }
 
-/* True: a tile was sent. */
+/* Send the next tile if there is one to send. True if a tile was sent. */
 static bool send_map(gpom_device_t *device, int64_t now_us)
 {
     if (device->tiles_left != 0 && has_moved(device)) {
@@ -215,7 +216,7 @@ static gpom_wire_state_t state_of(const gpom_device_t *device, int64_t now_us)
                                                                      : GPOM_WIRE_STATE_MAPPING;
 }
 
-/* Counters that others keep. */
+/* Add the counters that the map, the frame reader, the receiver and the hooks keep. */
 static void add_counts(const gpom_device_t *device, int64_t *counts)
 {
     const gpom_uart_frame_stats_t *const frames = &device->reader.stats;
@@ -240,7 +241,7 @@ static void add_counts(const gpom_device_t *device, int64_t *counts)
     counts[GPOM_WIRE_WATCHDOG_RESETS] = device->port.watchdog_resets(device->port.ctx);
 }
 
-/* What was counted in a span of time, per second. */
+/* n events in a span of time, as a rate per second. */
 static float rate_hz(int64_t n, int64_t span_us)
 {
     return span_us > 0 ? 1e6f * (float)n / (float)span_us : 0.0f;

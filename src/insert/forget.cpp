@@ -10,7 +10,8 @@ namespace gpom
 namespace
 {
 
-/// The part of a beam inside a disc: distances along it, enter < leave; none if they are not.
+/// The part of a beam's line inside a disc, as distances along the beam. If enter_m < leave_m does
+/// not hold, the line does not cross the disc.
 struct Chord {
     float enter_m, leave_m;
 };
@@ -29,7 +30,8 @@ Chord chord_of(const Beam &beam, const Point &centre, float radius_m)
     return {along - half, along + half};
 }
 
-/// End a beam before a disc: what it tells of the way there stays, no more than was free.
+/// End a beam where it enters a disc. The free segment before the disc stays. If nothing before the
+/// disc is free, the beam is dropped.
 void cut_end(gpom_map &map, uint32_t slot, float enter_m)
 {
     const Beam &beam = map.index.beams[slot];
@@ -41,7 +43,7 @@ void cut_end(gpom_map &map, uint32_t slot, float enter_m)
     end_beam(map, slot, free_m);
 }
 
-/// Begin a beam behind a disc; its hit alone stays where nothing free is left.
+/// Let a beam start where it leaves a disc. If nothing behind the disc is free, only its hit stays.
 void cut_start(gpom_map &map, uint32_t slot, float leave_m)
 {
     const Beam &beam = map.index.beams[slot];
@@ -81,7 +83,7 @@ void forget_disc(gpom_map &map, const gpom_disc_t &disc)
 {
     const double dx_m = disc.x_m - map.config.origin_x_m;
     const double dy_m = disc.y_m - map.config.origin_y_m;
-    const double far_m = 4.0 * GPOM_REACH_M; // no beam is there
+    const double far_m = 4.0 * GPOM_REACH_M; // a disc farther away touches no beam
     if (!is_within(dx_m, far_m) || !is_within(dy_m, far_m)) {
         return;
     }

@@ -1,5 +1,5 @@
 /// \file forget.hpp
-/// Forgetting what beams say of a disc.
+/// Forgetting everything that beams say about a disc.
 #pragma once
 
 #include "gpom/live.h"
@@ -11,7 +11,7 @@ namespace gpom
 bool is_disc(const gpom_disc_t *disc);
 
 /// Drop hits in a disc and shorten the beams that cross it.
-/// Cost: one look at every kept beam, and a mark of the cells of those that change.
+/// Cost: O(slots of the store + cells in reach of the beams that change).
 void forget_disc(gpom_map &map, const gpom_disc_t &disc);
 
 } // namespace gpom

@@ -9,8 +9,7 @@ namespace gpom
 namespace
 {
 
-/// True if a place lies on the free segment of a kept beam of another scan, by the same margins as
-/// a beam's passing by a hit.
+/// True if a kept beam is of an earlier scan and its free segment passes a place within a margin.
 bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at, const Margin &margin)
 {
     const float keep_m = map.config.keep_m;
@@ -24,8 +23,8 @@ bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at, const Ma
     return is_beside && to_go > keep_m && across < width && beam.id < map.keeper.scan_first_id;
 }
 
-/// True if the free segment of a kept beam of another scan crosses another segment, with keep_m and
-/// that segment's length still to go.
+/// True if a kept beam is of an earlier scan and its free segment crosses another segment, `part`.
+/// From there on the beam must still go farther than keep_m and than the length of `part`.
 bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
 {
     const float from_x = part.x_m - beam.x_m;
@@ -46,8 +45,9 @@ bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
            beam.id < map.keeper.scan_first_id;
 }
 
-/// Visit the kept beams with free segments whose boxes come within reach_m of a segment's, while
-/// visit(slot) is true. False if a visit was not. Also while hits are walked.
+/// Call visit(slot) for kept beams with free segments whose boxes are within reach_m of the box
+/// around a segment. Stops when visit() returns false, and then returns false. May be called inside
+/// a walk over hits.
 template <class Visit>
 bool for_each_free_near(gpom_map &map, const Segment &part, float reach_m, const Visit &visit)
 {

@@ -17,17 +17,18 @@ namespace
 constexpr double kTwoPi = 6.283185307179586;
 constexpr double kAngleMax_rad = 1e6;
 
-/// Greatest variance of a pose [m2, rad2]: what it is carried to stays finite.
+/// Greatest variance of a pose [m2, rad2]. Variances that are computed from it stay finite.
 constexpr float kVarianceMax = 1e12f;
 
 /// A beam speaks against others if the standard deviation of its end is at most this many times
-/// keep_m. Errors of poses last: those of one drive are mostly common to a beam and to the hits it
-/// meets, so that it need not be known to a part of keep_m (docs/decisions/beam-noise.md).
+/// keep_m. The limit is no smaller because errors of poses change slowly: within one drive, a beam
+/// and the hits near it have mostly the same error (docs/decisions/beam-noise.md).
 constexpr float kSureSpacings = 2.0f;
 
-/// The bits that stand for the nth time: on a circle of circumference 2^32, the sector in which the
-/// nth step of 2^32 / golden ratio ends. They differ between any two times up to 20 apart, and no
-/// rhythm of scans passes for one time for ever.
+/// The mark of the nth time. Each time makes one step of 2^32 / golden ratio along a circle of
+/// circumference 2^32. The mark is the number of the sector in which the step ends. Any two times
+/// up to 20 apart have different marks. Scans at regular intervals do not keep the same mark for
+/// ever, whatever the interval is.
 uint16_t mark_of(uint32_t time_number)
 {
     constexpr uint32_t kStep = 2654435769u;
@@ -71,14 +72,15 @@ bool is_scan(const gpom_scan_t *scan)
            is_within(scan->angle_step_rad, kAngleMax_rad / GPOM_RANGES_MAX);
 }
 
-/// Correlation of elements i and j; 0 where a variance is 0.
+/// Correlation of elements i and j. It is 0 if one of their variances is 0.
 float correlation(const float *cov, int i, int j)
 {
     const float scale = gpom::lane::sqrt(cov[4 * i]) * gpom::lane::sqrt(cov[4 * j]);
     return scale > 0.0f ? cov[3 * i + j] / scale : 0.0f;
 }
 
-/// Positive semidefinite: the leading minors of the correlation matrix, within rounding.
+/// True for a positive semidefinite matrix. Checks the leading minors of the correlation matrix,
+/// with a tolerance for rounding.
 bool is_covariance(const float *cov)
 {
     constexpr float kTolerance = 1e-3f;
@@ -133,7 +135,7 @@ bool are_poses(const gpom_sweep_t &sweep)
     return true;
 }
 
-/// The angle in [0, 2 pi).
+/// The same angle in [0, 2 pi).
 double wrap(double angle_rad)
 {
     const double turns = static_cast<double>(static_cast<int32_t>(angle_rad / kTwoPi));
@@ -154,8 +156,8 @@ bool is_masked(const gpom_sensor_t &sensor, double bearing_rad)
     return false;
 }
 
-/// Count a reading that cannot be used. False: it can; one that stands for "no return" becomes the
-/// usable maximum.
+/// True if a reading cannot be used: counts its cause. False if it can be used. A reading that
+/// means "no return" then becomes the usable maximum.
 bool count_unusable(gpom_stats_t &stats, const gpom_sensor_t &sensor, float &range_m,
                     double bearing_rad)
 {
@@ -184,7 +186,7 @@ bool count_unusable(gpom_stats_t &stats, const gpom_sensor_t &sensor, float &ran
     return true;
 }
 
-/// What all beams of one scan share.
+/// Data that all beams of one scan share.
 struct ScanContext {
     const gpom_sensor_t &sensor;
     const float *pose_cov; ///< 3 x 3 by rows, or NULL.
@@ -194,9 +196,10 @@ struct ScanContext {
     uint16_t scan;            ///< Number of the scan, modulo 2^16.
 };
 
-/// Variance of the place of a beam's end across a surface there [m2]: the range's, and of the
-/// pose's, carried to the end, the mean over all directions, half of the sum over x and y. Along a
-/// surface, which way it runs is not known, an error changes nothing.
+/// Variance of the place of a beam's end, measured across the surface there [m2]. It is the
+/// variance of the range plus the variance that the pose has at the end. Only an error across the
+/// surface changes the map, but the direction of the surface is not known. So the pose's variance
+/// is the mean over all directions, which is half of the sum over x and y.
 float end_variance(const ScanContext &context, const Beam &beam)
 {
     float var_m2 = context.sensor.range_var_m2;
@@ -205,13 +208,13 @@ float end_variance(const ScanContext &context, const Beam &beam)
         const Eigen::Vector2f lever_m = context.lever_m + beam.range_m * direction;
         var_m2 += 0.5f * gpom::position_variance(context.pose_cov, lever_m);
     }
-    return gpom::lane::max(var_m2, 0.0f); // rounding may take it below 0
+    return gpom::lane::max(var_m2, 0.0f); // rounding may make it negative
 }
 
-/// How much position uncertainty at the end of a beam raises its noise (scan.h). With rho the prior
-/// correlation between f at the true place and at the believed one, f(true) = rho f(believed) + a
-/// part independent of it; dividing by rho gives noise (sn2 + (1 - rho^2) k) / rho^2, that is
-/// sn2 + w (sn2 + k) with w = 1 / rho^2 - 1.
+/// The excess w, by which the position uncertainty of a beam's end raises its noise (scan.h). Let
+/// rho be the prior correlation between f at the true place and f at the believed place. Then
+/// f(true) = rho f(believed) + an independent part. Division by rho gives the noise
+/// (sn2 + (1 - rho^2) k) / rho^2 = sn2 + w (sn2 + k) with w = 1 / rho^2 - 1.
 float excess_of(const gpom_map &map, float var_m2)
 {
     if (var_m2 == 0.0f) {
@@ -248,7 +251,8 @@ Beam beam_of(const gpom_map &map, const ScanContext &context, float range_m, dou
     return beam;
 }
 
-/// Hand a reading, if it can be used, to those that choose what is kept.
+/// Make a beam from a reading and pass it to consider(), which decides whether the beam is kept. A
+/// reading that cannot be used is only counted.
 void insert_beam(gpom_map &map, const ScanContext &context, float range_m, double bearing_rad)
 {
     if (count_unusable(map.stats, context.sensor, range_m, bearing_rad)) {
@@ -261,7 +265,7 @@ void insert_beam(gpom_map &map, const ScanContext &context, float range_m, doubl
     gpom::consider(map, beam, var_m2 <= sure_m * sure_m);
 }
 
-/// The sensor's place for a pose of the robot, in double.
+/// Where the sensor is for a pose of the robot, in double.
 struct SensorPlace {
     gpom::Pose T_map_sensor;
     Eigen::Vector2d from_origin_m; ///< Relative to the map's origin.
@@ -278,7 +282,7 @@ SensorPlace place_of(const gpom_map &map, const gpom_sensor_t &sensor, const gpo
             (T_map_sensor.position_m - T_map_robot.position_m).cast<float>()};
 }
 
-/// True if the sensor is in reach once the origin has moved by a step.
+/// True if the sensor is in reach of the origin after the origin has moved by a step.
 bool is_in_reach(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
                  const Eigen::Vector2d &step_m)
 {
@@ -286,9 +290,10 @@ bool is_in_reach(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_po
     return from_m.squaredNorm() <= GPOM_REACH_M * GPOM_REACH_M;
 }
 
-/// True if the origin may follow the robot: a pose out of reach of the origin may be wild, and what
-/// is kept stays. An empty map has nothing to lose; one that has refused many poses near each other
-/// holds what a wild one brought.
+/// True if the origin may move by a step to follow the robot. A pose that is out of reach of the
+/// present origin may be wrong, and a move to it would drop the kept beams. So it is refused, with
+/// two exceptions. If the map is empty, nothing is lost. If many poses near each other were
+/// refused, the kept beams came from a wrong pose.
 bool may_follow(gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
                 const Eigen::Vector2d &step_m)
 {
@@ -297,7 +302,7 @@ bool may_follow(gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &p
             gpom::note_out_of_reach(map, step_m));
 }
 
-/// Of the scan that was noted last.
+/// The context of the scan that note_scan() noted last.
 ScanContext context_of(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
                        const SensorPlace &place)
 {
@@ -306,7 +311,7 @@ ScanContext context_of(const gpom_map &map, const gpom_sensor_t &sensor, const g
             place.lever_m, scan_number};
 }
 
-/// Take note of when and where a scan was made.
+/// Note the time and the place of a new scan.
 void note_scan(gpom_map &map, int64_t stamp_us, const SensorPlace &place)
 {
     const Eigen::Vector2f robot_m = place.from_origin_m.cast<float>() - place.lever_m;

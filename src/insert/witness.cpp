@@ -11,57 +11,59 @@ namespace gpom
 namespace
 {
 
-/// Counts at which a hit that arrived where the place was free has settled.
+/// A hit that arrived in free space has settled when it has this many counts.
 constexpr uint32_t kArrivedCounts = 3;
 
-/// A hit nearer to its own sensor than keep_m times this refuses no beam: 9 degrees or more would
-/// pass it, and half of all beams pass one of millimetres.
+/// A hit nearer to its own sensor than keep_m times this refuses no beam. It would refuse the beams
+/// of a sector of 9 degrees or more. A hit a few millimetres away would refuse half of all beams.
 constexpr float kNearSpacings = 2.0f;
 
-/// A hit refuses no beam from the scan on that is this one in a row to see through it.
+/// A hit refuses no beam if this many scans in a row, or more, saw through it.
 constexpr uint32_t kDoubtedScans = 3;
 
-/// At times whose marks are below this, one in eight, no hit refuses a beam: some hits are passed
-/// and confirmed in turn for ever. From one such time to the next are 5, 8 or 13.
+/// No hit refuses a beam at times whose marks are below this, which is one time in eight. Without
+/// such times, a hit that is confirmed again and again between beams that pass it would refuse
+/// beams for ever. From one such time to the next are 5, 8 or 13 times.
 constexpr uint32_t kOpenTimeMarks = 4;
 
-/// Lane vectors that a group fills.
+/// Lanes of a vector, and vectors of a complete group.
 constexpr uint32_t kWidth = static_cast<uint32_t>(kLanes);
 constexpr uint32_t kVectors = kGroup / kWidth;
 
-/// Rounding of a place's distance from a beam, in parts of the beam's length.
+/// Rounding error of the distance from a place to a beam, relative to the beam's length.
 constexpr float kRounding = 4e-6f;
 
-/// kLanes new beams of a group. Lanes beyond its last beam repeat it.
+/// kLanes new beams of a group. Lanes beyond the last beam of the group repeat the last beam.
 struct BeamLanes {
-    F x_m, y_m; ///< Where they start, relative to the group's first; only set if the sensor moves.
+    F x_m, y_m; ///< Starts, relative to the start of the first beam. Only set if the sensor moves.
     F dir_x, dir_y, length_m;
 };
 
 /// The sector in which all beams of a group run, if it is less than half a turn.
 struct Fan {
-    Point right, left; ///< Directions of its edges: from right to left counter-clockwise.
-    bool is_wide;      ///< It is not less; then the edges say nothing.
+    Point right, left; ///< Directions of its edges. The sector runs counter-clockwise to the left.
+    bool is_wide;      ///< True: the beams may span half a turn or more. The edges are not used.
 };
 
-/// One group under judgement.
+/// A group whose beams are judged together.
 struct Trial {
     gpom_map &map;
     Judgement &judgement;
-    Box box;       ///< Around all its beams, keep_m wider.
-    Point sensor;  ///< Where the first starts; if it moves, others start elsewhere.
-    bool moves;    ///< The sensor, from beam to beam.
-    float reach_m; ///< keep_m, how far others start from there, and what rounding may add.
+    Box box;       ///< The box around all beams, wider by keep_m on each side.
+    Point sensor;  ///< Start of the first beam. If the sensor moves, other beams start elsewhere.
+    bool moves;    ///< The sensor moves from beam to beam.
+    float reach_m; ///< keep_m + greatest distance of a start from `sensor` + rounding error.
     Fan fan;
-    const BeamLanes *lanes; ///< n_vectors of them hold all beams.
+    const BeamLanes *lanes; ///< All beams, in n_vectors elements.
     uint32_t n_vectors;
 };
 
-/// What one hit has to do with the beams of a group.
+/// How the beams of a group meet one hit.
 struct Witnesses {
-    uint32_t ends;    ///< Bit i: beam i ends at it.
-    uint32_t ends_in; ///< Bit i: beam i ends at its occupied depth; those far off to its side not.
-    uint32_t beside;  ///< Bit i: beam i runs by within keep_m of it.
+    uint32_t ends;    ///< Bit i: beam i ends at the hit.
+    uint32_t ends_in; ///< Bit i: beam i ends at the occupied part behind the hit. A beam whose line
+                      ///< misses the hit by keep_m or more may lack its bit.
+    uint32_t beside;  ///< Bit i: beam i passes the hit within keep_m.
 };
 
 BeamLanes lanes_of(const Group &group, uint32_t i_vector, bool moves)
@@ -81,7 +83,8 @@ BeamLanes lanes_of(const Group &group, uint32_t i_vector, bool moves)
     return lanes;
 }
 
-/// How far `to` is to the left of the ray from the sensor along the direction `from`.
+/// How far the place `to` is to the left of the ray along the direction `from`. `to` is relative to
+/// the start of the ray.
 float turn(const Point &from, const Point &to) { return from.x_m * to.y_m - from.y_m * to.x_m; }
 
 Fan fan_of(const Group &group)
@@ -98,13 +101,14 @@ Fan fan_of(const Group &group)
     return fan;
 }
 
-/// True if a place, from the sensor on, is in the sector or at most reach_m outside either edge.
+/// True if a place, given relative to the sensor, is in the sector or at most reach_m outside of
+/// either edge.
 bool is_in_fan(const Fan &fan, const Point &at, float reach_m)
 {
     return (turn(fan.right, at) >= -reach_m) & (turn(fan.left, at) <= reach_m);
 }
 
-/// The same of any place of a box, half of which reaches `half` to either side of its centre.
+/// The same for any place of a box. The box extends by `half` to either side of its centre.
 bool is_in_fan(const Fan &fan, const Point &centre, const Point &half, float reach_m)
 {
     const float beside_right =
@@ -115,8 +119,8 @@ bool is_in_fan(const Fan &fan, const Point &centre, const Point &half, float rea
            (turn(fan.left, centre) <= reach_m + beside_left);
 }
 
-/// True if one of kLanes beams comes within reach_m of a box, from the sensor on: projections on
-/// the beam and across it.
+/// True if one of kLanes beams from the sensor comes within reach_m of a box. Compares the
+/// projections of the box on the direction of the beam and on the normal of the beam.
 bool touches(const BeamLanes &s, const Point &centre, const Point &half, float reach_m)
 {
     const F along = centre.x_m * s.dir_x + centre.y_m * s.dir_y;
@@ -127,8 +131,9 @@ bool touches(const BeamLanes &s, const Point &centre, const Point &half, float r
                      (along <= s.length_m + half_along));
 }
 
-/// True if there may be hits in a box that a beam of the group ends at or passes. The sector of a
-/// group tells almost as well as its beams one by one, which are asked only where it has none.
+/// True if a box may contain hits that a beam of the group ends at or passes. The test with the
+/// group's sector is cheap and almost as good as a test of every beam. Every beam is tested only if
+/// the sector is too wide.
 bool may_matter(const Trial &trial, const Box &box)
 {
     if (!are_near(box, trial.box, 0.0f)) {
@@ -148,7 +153,7 @@ bool may_matter(const Trial &trial, const Box &box)
     return false;
 }
 
-/// The same of one hit.
+/// The same for one hit.
 bool may_matter(const Trial &trial, const Point &at)
 {
     const bool is_inside = (at.x_m >= trial.box.x_min_m) & (at.x_m <= trial.box.x_max_m) &
@@ -157,7 +162,7 @@ bool may_matter(const Trial &trial, const Point &at)
     return is_inside && (trial.fan.is_wide || is_in_fan(trial.fan, from, trial.reach_m));
 }
 
-/// kLanes beams, and a hit's occupied part, relative to where each of them starts.
+/// kLanes beams, and the occupied part of a hit relative to the start of each beam.
 struct Meeting {
     const BeamLanes &beams;
     F x_m, y_m;
@@ -178,8 +183,8 @@ F distance2_of_ends(const Meeting &hit)
     return dx * dx + dy * dy;
 }
 
-/// Compare a hit with kLanes beams: which end at it if they returned, and which run by it if they
-/// are sure.
+/// Compare a hit with kLanes beams. `ends` and `ends_in` are valid for beams that returned, and
+/// `beside` for beams that are sure. The caller clears the bits of all other beams.
 Witnesses witnesses_of(const Meeting &hit, float keep_m)
 {
     const BeamLanes &s = hit.beams;
@@ -219,9 +224,11 @@ Witnesses witnesses_of(const Trial &trial, const Beam &beam)
     return {all.ends & group.returned, all.ends_in & group.returned, all.beside & group.sure};
 }
 
-/// A scan saw the hit again: one count more if at another time, and whoever saw through it erred.
-/// One that is provisional goes on waiting if the time is its own. One that arrived takes the place
-/// from the free segments when it ceases to be provisional, and again with its last count needed.
+/// A scan saw the hit again. The hit gets one count more, unless a scan of the same time confirmed
+/// it before. Scans that saw through the hit no longer count against it. A provisional hit gets no
+/// count, but becomes standing, unless the scan is of the hit's own time. A hit that arrived in
+/// free space clears the free segments there when it stops being provisional, and again when it
+/// gets count kArrivedCounts.
 void confirm(gpom_map &map, Beam &beam)
 {
     const uint16_t time = map.keeper.time_mark;
@@ -241,8 +248,8 @@ void confirm(gpom_map &map, Beam &beam)
     }
 }
 
-/// Let beams that end at a hit stand for it should it have no free segment; one that ends at
-/// several stands for the oldest.
+/// Note a hit for the beams that end at it. A new beam takes the place of its hit if that hit has
+/// no free segment. For a beam that ends at several hits, the oldest hit is noted.
 void offer_renewal(const Trial &trial, uint32_t ends, uint32_t slot)
 {
     const Beam *const beams = trial.map.index.beams;
@@ -254,10 +261,11 @@ void offer_renewal(const Trial &trial, uint32_t ends, uint32_t slot)
     }
 }
 
-/// A scan saw through a hit: the first in a row takes one count, the next two, four, eight, so
-/// that five in a row outweigh any number that saw it before. True if it is gone: the counts are
-/// used up and enough scans were in the row. One that is provisional goes at once; one that was
-/// confirmed at this very time stays as it is.
+/// A scan saw through a hit. The first scan in a row takes one count from the hit, the next scans
+/// take two, four and eight. So five in a row outweigh any number of scans that saw the hit before.
+/// The hit becomes past if its counts are used up and at least clear_scans scans were in the row.
+/// A provisional hit is dropped at once. A hit that was confirmed or contradicted at this time
+/// before stays as it is. True if the hit became past or was dropped.
 bool contradict(gpom_map &map, uint32_t slot)
 {
     Beam &beam = map.index.beams[slot];
@@ -280,14 +288,14 @@ bool contradict(gpom_map &map, uint32_t slot)
     return false;
 }
 
-/// How far a hit is to the left of beam i of the group.
+/// How far a hit is to the left of beam i_beam of the group [m].
 float left_of(const Trial &trial, uint32_t i_beam, const Point &hit)
 {
     const Beam &beam = trial.map.keeper.group.beams[i_beam];
     return turn({beam.dir_x, beam.dir_y}, {hit.x_m - beam.x_m, hit.y_m - beam.y_m});
 }
 
-/// Of the beams beside a hit those that run past it.
+/// Selects, from the beams beside a hit, the beams that pass it nearer than kPass allows.
 uint32_t passing(const Trial &trial, uint32_t beside, const Point &hit)
 {
     const float width_m = kPass.width * trial.map.config.keep_m;
@@ -299,8 +307,8 @@ uint32_t passing(const Trial &trial, uint32_t beside, const Point &hit)
     return passes;
 }
 
-/// Of the beams beside a hit two neighbours that have it between them, keep_m apart or less. No
-/// bits: there are none.
+/// Selects, from the beams beside a hit, two neighbours that pass on either side of it, keep_m
+/// apart or less. 0 if there are none.
 uint32_t pair_around(const Trial &trial, uint32_t beside, const Point &hit)
 {
     for (uint32_t both = beside & (beside >> 1); both != 0; both &= both - 1) {
@@ -315,21 +323,23 @@ uint32_t pair_around(const Trial &trial, uint32_t beside, const Point &hit)
     return 0;
 }
 
-/// True if beams that pass a hit are dropped while it stands (live.h).
+/// True if beams that pass a standing hit are refused (live.h).
 bool is_refusing(const gpom_map &map, const Beam &beam)
 {
     return beam.range_m >= kNearSpacings * map.config.keep_m && beam.hit_against < kDoubtedScans &&
            map.keeper.time_mark >= kOpenTimeMarks;
 }
 
-/// Let the group's beams speak for or against a kept hit of an earlier scan: those that run past
-/// it, or else two that have it between them; a provisional one is gone at once, so only past it.
+/// Judge a kept hit of an earlier scan by the beams of the group. If beams end at the hit, they
+/// confirm it. Else beams that pass it contradict it. If no beam passes it, two neighbours on
+/// either side of it contradict it, too. Neighbours do not contradict a provisional hit, because
+/// one contradiction is enough to drop it.
 void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
 {
     gpom_map &map = trial.map;
     Beam &beam = map.index.beams[slot];
     const uint32_t passes = passing(trial, witnesses.beside, end_of(beam));
-    if (passes != 0) { // so nothing stands there that would hide what is behind
+    if (passes != 0) { // then nothing stands there that hides the space behind
         beam.arrived = 0;
     }
     if (witnesses.ends != 0) {
@@ -348,9 +358,10 @@ void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
     }
 }
 
-/// Compare a kept hit with the group's beams: those that end at it are known, and, if it stands, at
-/// the depth behind it; one of their own scan has no other say. Not inlined, or the walk would lose
-/// its registers to it.
+/// Compare a kept hit with the beams of the group. Beams that end at the hit are known. If the hit
+/// stands, beams that end at the occupied part behind it are known, too. A hit of an earlier scan
+/// is also judged. Not inlined, because the compiler would otherwise keep the state of the walk in
+/// memory instead of registers.
 [[gnu::noinline]] void compare(const Trial &trial, uint32_t slot)
 {
     gpom_map &map = trial.map;
@@ -377,7 +388,7 @@ Box box_around(const Group &group, float reach_m)
             box.y_max_m + reach_m};
 }
 
-/// How far from the first beam's start others start, or somewhat more.
+/// Upper bound of the distance from the start of the first beam to the start of any other beam.
 float spread_of(const Group &group)
 {
     float spread_m = 0.0f;
@@ -389,7 +400,7 @@ float spread_of(const Group &group)
     return spread_m;
 }
 
-/// Fills `lanes`, kVectors of them.
+/// Prepares the comparison of the keeper's group. Fills `lanes`, which has kVectors elements.
 Trial trial_of(gpom_map &map, Judgement &judgement, BeamLanes *lanes)
 {
     const Group &group = map.keeper.group;

@@ -42,8 +42,8 @@ void carve_arrays(gpom_map &map, const gpom::MapLayout &layout)
     map.keeper.provisional_max = gpom::provisional_capacity(map.config.beam_max);
 }
 
-/// Noise variances of a map. sn2_once applies only if keep_m > 0: otherwise repeated returns are
-/// kept as beams of their own, and the map does not know which hits were confirmed.
+/// Noise variances of a map. sn2_once applies only if keep_m > 0. Without keep_m, repeated returns
+/// are kept as beams of their own, and the map does not know which hits were confirmed.
 gpom::Noise noise_in(const gpom_config_t &config, float prior_variance)
 {
     const gpom_params_t &params = config.params;

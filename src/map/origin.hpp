@@ -14,10 +14,10 @@ namespace gpom
 /// zero. Else the step is zero.
 Eigen::Vector2d origin_step(const gpom_map &map, double x_m, double y_m);
 
-/// If the origin follows the robot, a scan that is out of reach of the origin may have a wrong pose
-/// and is refused. But if this many scans in a row are out of reach of the origin, and each is
-/// within reach of the scan before it, the last of them is believed: then the kept beams came from
-/// a wrong pose.
+/// If the origin follows the robot, a scan that is out of reach of the origin is refused, because
+/// its pose may be wrong. But this many scans in a row may be out of reach of the origin, each
+/// within reach of the scan before it. Then the last of them is believed, because the kept beams
+/// came from a wrong pose.
 constexpr uint32_t kBelieved = 10;
 
 /// Note a scan that is out of reach. step_m is its origin_step(). True if it is to be believed.

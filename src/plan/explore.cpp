@@ -10,12 +10,12 @@ namespace gpom
 namespace
 {
 
-/// A flood over the coarse layer, breadth first; cells are numbered iy * nx + ix from the window's
-/// corner.
+/// A breadth-first search over the coarse layer. Cells are numbered iy * nx + ix, counted from the
+/// window's corner.
 struct Flood {
     const Layer &layer;
-    uint32_t *queue;  ///< Cells in the order they were reached; each once.
-    uint8_t *reached; ///< A bit a cell.
+    uint32_t *queue;  ///< Free cells and the start, in the order in which they were reached.
+    uint8_t *reached; ///< One bit per cell.
     uint32_t n_queued;
 };
 
@@ -27,7 +27,7 @@ uint32_t value_at(const Layer &layer, uint32_t i_cell)
     return load(layer.cells[slot_of(w, ix, iy)].value);
 }
 
-/// True the first time.
+/// Mark a cell as reached. True if it was not reached before.
 bool reach(Flood &flood, uint32_t i_cell)
 {
     const uint8_t bit = static_cast<uint8_t>(1u << i_cell % 8);
@@ -39,7 +39,7 @@ bool reach(Flood &flood, uint32_t i_cell)
     return true;
 }
 
-/// a before b: variance, steps, index.
+/// True if goal a comes before goal b: by greater variance, then fewer steps, then lower index.
 bool is_better(const Window &w, const gpom_goal_t &a, const gpom_goal_t &b)
 {
     if (a.variance != b.variance) {
@@ -51,7 +51,7 @@ bool is_better(const Window &w, const gpom_goal_t &a, const gpom_goal_t &b)
     return uint64_t{a.iy} * w.nx + a.ix < uint64_t{b.iy} * w.nx + b.ix;
 }
 
-/// Put a goal in its place of the list, the last of which may drop out.
+/// Insert a goal into the sorted list. If the list is full, the worst goal is left out.
 void rank(gpom_goals_t &list, const Window &w, const gpom_goal_t &goal)
 {
     if (list.n_goals == list.n_goals_max) {
@@ -68,7 +68,8 @@ void rank(gpom_goals_t &list, const Window &w, const gpom_goal_t &goal)
     list.goals[i] = goal;
 }
 
-/// Look at a neighbour: a goal, and if free a cell to go on from.
+/// Reach a neighbour that is n_steps from the start. It is a goal unless it is occupied. If it is
+/// free, the search goes on from it.
 void visit(Flood &flood, gpom_goals_t &list, uint32_t i_cell, uint32_t n_steps)
 {
     if (!reach(flood, i_cell)) {
@@ -113,7 +114,7 @@ void flood_from(Flood &flood, gpom_goals_t &list, uint32_t start)
     flood.queue[flood.n_queued++] = start;
     uint32_t next = 0;
     for (uint32_t n_steps = 1; next < flood.n_queued; ++n_steps) {
-        const uint32_t wave_end = flood.n_queued; // what is queued now is n_steps - 1 away
+        const uint32_t wave_end = flood.n_queued; // cells queued by now are n_steps - 1 away
         for (; next < wave_end; ++next) {
             visit_neighbours(flood, list, flood.queue[next], n_steps);
         }

@@ -15,7 +15,8 @@ namespace
 using Vector = Eigen::Vector2d;
 
 constexpr double kPi = 3.1415926535897932;
-/// A sector narrower than this part of the spacing adds nothing to its stretches.
+/// A sector is left out if it is narrower than this part of the spacing. The stretches beside it
+/// are sampled anyway.
 constexpr double kNarrow = 1e-3;
 
 struct Sample {
@@ -23,30 +24,30 @@ struct Sample {
     double arc_m;
 };
 
-/// Part of the swept area that is sampled row by row: a stretch's rectangle (a row lies across it)
-/// or a corner's sector (a row is a ring).
+/// A part of the swept area that is sampled row by row. It is the rectangle of a stretch, with rows
+/// across the stretch, or the sector of a corner, with rings as rows.
 struct Piece {
     Vector corner_m;
-    Vector axis;  ///< Rectangle: along the stretch. Sector: its first side.
-    double arc_m; ///< At the corner.
+    Vector axis;  ///< Rectangle: direction of the stretch. Sector: direction of its first side.
+    double arc_m; ///< Length of the polyline up to the corner.
     double length_m;
-    double sweep_rad; ///< Of a sector, negative: clockwise.
+    double sweep_rad; ///< Angle of a sector. Negative: clockwise.
     bool is_sector;
-    uint32_t n_rows; ///< Steps from the first row to the last.
+    uint32_t n_rows; ///< Steps from the first row to the last row.
 };
 
-/// All samples of a path, one after the other.
+/// Generates the samples of a path, one after the other.
 struct Walk {
     const gpom_path_t &path;
-    size_t i_corner, i_next; ///< i_next: the next corner elsewhere, n_points behind the last.
-    Vector in, out;          ///< Unit directions before and after the corner; 0: none.
+    size_t i_corner, i_next; ///< i_next: next corner at another place. n_points: there is none.
+    Vector in, out;          ///< Unit directions before and after the corner. 0: there is none.
     Piece piece;
     uint32_t row, i_across, n_across;
     bool is_done;
 };
 
-/// Equal steps of at most spacing_m over length_m; 0 for no length. Saturates: then the path has
-/// too many samples.
+/// Number of equal steps of at most spacing_m that cover length_m. 0 for no length. Limited to
+/// GPOM_PATH_SAMPLES_MAX: a path with this many steps has too many samples.
 uint32_t step_count(double length_m, double spacing_m)
 {
     const double steps = length_m / spacing_m;
@@ -64,15 +65,16 @@ Vector corner_of(const gpom_path_t &path, size_t i)
     return {path.points[i].x_m, path.points[i].y_m};
 }
 
-/// The unit direction of `offset`, 0 for none.
+/// The unit direction of `offset`. 0 if the offset is 0.
 Vector direction_of_offset(const Vector &offset)
 {
     const double length = offset.norm();
     return length > 0.0 ? Vector(offset / length) : Vector(0.0, 0.0);
 }
 
-/// Angle from one unit vector to another, -pi .. pi: from the distance of those two, or of one and
-/// the other's opposite, that lie nearer, as a cosine is blind to small angles.
+/// Angle from one unit vector to another, -pi .. pi. It is computed from the distance of `out` to
+/// `in` or to -in, whichever is nearer. The cosine is not used, because it hardly changes with the
+/// angle if the angle is small.
 double turn_between(const Vector &in, const Vector &out)
 {
     const double side = in.dot(out) < 0.0 ? -1.0 : 1.0;
@@ -83,10 +85,10 @@ double turn_between(const Vector &in, const Vector &out)
     return cross < 0.0 ? -angle_rad : angle_rad;
 }
 
-/// The sector of the corner: all directions d with d.in >= 0 and d.out <= 0.
+/// Set the sides of the corner's sector. It holds all directions d with d.in >= 0 and d.out <= 0.
 void aim_sector(const Walk &walk, Piece &sector)
 {
-    if (walk.in.isZero(0.0)) { // the half disc behind, or the whole of a path that stands still
+    if (walk.in.isZero(0.0)) { // the half disc behind, or the whole disc if the path stands still
         sector.sweep_rad = walk.out.isZero(0.0) ? 2.0 * kPi : kPi;
         sector.axis = walk.out.isZero(0.0) ? Vector(1.0, 0.0) : left_of(walk.out);
         return;
@@ -113,7 +115,7 @@ void begin_row(Walk &walk)
     walk.i_across = 0;
 }
 
-/// The corner's sector; false: it is too narrow.
+/// Begin the sector of the next corner. False if the sector is too narrow.
 bool begin_sector(Walk &walk)
 {
     const gpom_path_t &path = walk.path;
@@ -138,7 +140,7 @@ bool begin_sector(Walk &walk)
     return !is_narrow(walk, sector);
 }
 
-/// The stretch from the corner to the next; false: there is none.
+/// Begin the stretch from the corner to the next one. False if there is no next corner.
 bool begin_stretch(Walk &walk)
 {
     if (walk.i_next >= walk.path.n_points) {
@@ -159,7 +161,7 @@ Walk walk_along(const gpom_path_t &path)
     Walk walk = {path, 0, 0, Vector(0.0, 0.0), Vector(0.0, 0.0), {}, 0, 0, 0, false};
     walk.piece.length_m = 0.0;
     walk.piece.arc_m = 0.0;
-    (void)begin_sector(walk); // that of the first corner is never narrow
+    (void)begin_sector(walk); // the sector of the first corner is never narrow
     return walk;
 }
 
@@ -192,11 +194,11 @@ void begin_next_piece(Walk &walk)
     }
     walk.i_corner = walk.i_next;
     if (!begin_sector(walk)) {
-        (void)begin_stretch(walk); // only a corner with a stretch behind it is narrow
+        (void)begin_stretch(walk); // a narrow corner is never the last: a stretch follows it
     }
 }
 
-/// The next sample; false: there is none left.
+/// Get the next sample. False if there is none left.
 bool next_sample(Walk &walk, Sample &sample)
 {
     if (walk.is_done) {
@@ -213,7 +215,8 @@ bool next_sample(Walk &walk, Sample &sample)
     return true;
 }
 
-/// Samples of a path, at most; beyond GPOM_PATH_SAMPLES_MAX for a path that is not finite.
+/// Upper bound of the number of samples of a path. It is greater than GPOM_PATH_SAMPLES_MAX if the
+/// length of the path is not finite.
 double sample_bound(const gpom_path_t &path)
 {
     const double across = step_count(2.0 * path.radius_m, path.spacing_m) + 1.0;
@@ -242,7 +245,7 @@ bool is_path(const gpom_path_t &path)
            sample_bound(path) <= static_cast<double>(GPOM_PATH_SAMPLES_MAX);
 }
 
-/// Take the answers of one group, whose samples `walk` gives again, into the result.
+/// Add the answers of one group to the result. `walk` generates the samples of the group again.
 void regard(const PointGroup &group, size_t n, Walk &walk, gpom_path_result_t &result)
 {
     for (size_t i = 0; i < n && (result.flags & GPOM_PATH_STOPPED) == 0; ++i) {
@@ -264,7 +267,7 @@ void regard(const PointGroup &group, size_t n, Walk &walk, gpom_path_result_t &r
     }
 }
 
-/// Fill the group with the next samples; returns how many.
+/// Fill the group with the next samples. Returns their number.
 size_t gather(PointGroup &group, Walk &walk)
 {
     size_t n = 0;
@@ -303,7 +306,7 @@ gpom_status_t gpom_path_query(const gpom_map_t *map, const gpom_path_t *path,
     }
     gpom::PointGroup &group = *gpom::carve_group(scratch->mem);
     gpom::Walk ahead = gpom::walk_along(*path);
-    gpom::Walk behind = ahead; // gives the samples again once their answers are known
+    gpom::Walk behind = ahead; // generates the samples again when their answers are known
     *result = gpom_path_result_t{};
     result->probability = -1.0f;
     size_t n = gpom::gather(group, ahead);

@@ -13,7 +13,7 @@ namespace
 constexpr double kVarianceSteps = 255.0;
 constexpr double kProbabilitySteps = 65535.0;
 
-/// Rounded to the nearest step. Computed in double, because products of floats are exact there.
+/// Rounded to the nearest step. Computed in double, because the products are exact there.
 uint32_t quantised_probability(float probability)
 {
     const double steps = static_cast<double>(probability) * kProbabilitySteps;

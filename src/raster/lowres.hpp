@@ -2,12 +2,12 @@
 /// The low-resolution map (lowres.h): two rasters of cells, their dirty marks, and the state of
 /// their evaluation.
 ///
-/// Only the thread that changes the map calls the functions here. gpom_lowres_info() and
-/// gpom_lowres_copy() may run in another thread at the same time. They read words that are atomic
-/// one by one: the cells, and a copy of each layer's window. The counter is odd while a window
-/// changes. Every store of the writer is a release, and every load of a reader is an acquire. So a
-/// reader that sees a store made after the counter became odd also sees the odd counter, and no
-/// fence is needed.
+/// Only the thread that changes the map calls functions that change the rasters. gpom_lowres_info()
+/// and gpom_lowres_copy() may run in another thread at the same time. They read words that are
+/// atomic one by one: the cells, and a copy of each layer's window. The counter is odd while a
+/// window changes. Every store of the writer is a release, and every load of a reader is an
+/// acquire. So a reader that sees a store made after the counter became odd also sees the odd
+/// counter, and no fence is needed.
 #pragma once
 
 #include "gpom/lowres.h"
@@ -126,8 +126,8 @@ uint32_t milliseconds_since(int64_t stamp0_us, int64_t stamp_us);
 /// before and has been set back.
 constexpr uint32_t kSetBack_ms = 60000;
 
-/// Converts a stamp when stamp0_us moves: adds more_ms or subtracts less_ms, of which one is 0. The
-/// result is limited to 32 bits.
+/// Converts a stamp when stamp0_us moves. Adds more_ms and subtracts less_ms. One of the two is 0.
+/// The result is limited to 32 bits.
 struct StampShift {
     uint32_t more_ms, less_ms;
 

@@ -56,7 +56,7 @@ Strip strip_of(const Lowres &lowres, const Window &w, Point from, Point to, floa
                    0.0f,
                    0.0f,
                    FLT_MAX};
-    if (lane::abs(dv) > kLevel) { // the cells near a level stretch are those of its box
+    if (lane::abs(dv) > kLevel) { // for a level stretch the box alone is narrow enough
         strip.slope = du / dv;
         strip.offset = u0 - strip.slope * v0;
         const float steepness = lane::abs(strip.slope);

@@ -1,4 +1,4 @@
-// The focus layer: a finer raster about a path of interest.
+// The focus layer: a finer raster around a path of interest.
 #include "src/map/map.hpp"
 
 namespace gpom
@@ -6,12 +6,13 @@ namespace gpom
 namespace
 {
 
-/// A cell of the focus grows at most so often; from 1e-3 m that is beyond any reach.
+/// The side of a focus cell is doubled at most this many times. From 1e-3 m on, the side is then
+/// far longer than any reach.
 constexpr int kDoublingsMax = 64;
 constexpr uint32_t kSideMax = UINT16_MAX;
-constexpr int32_t kNumberMax = 999999999; // short of where cell_number() saturates
+constexpr int32_t kNumberMax = 999999999; // less than the limit of cell_number()
 
-/// The rectangle that holds the band [m], map frame.
+/// The rectangle that holds the band, in the map frame.
 struct Bounds {
     double x_min_m, y_min_m, x_max_m, y_max_m;
 };
@@ -48,7 +49,8 @@ Bounds bounds_of(const gpom_point_t *points, size_t n_points, double half_width_
 
 bool is_number(int32_t i) { return i >= -kNumberMax && i <= kNumberMax; }
 
-/// The cells of side cell_m that bounds touch. False: too many, or beyond all cell numbers.
+/// Set w to the cells of side cell_m that touch a rectangle. False if there are too many cells, or
+/// if cell numbers would be too large.
 bool fit(Window &w, const Bounds &b, double cell_m, uint32_t cell_max)
 {
     const int32_t ix0 = cell_number(b.x_min_m, 0.0, cell_m);
@@ -84,7 +86,7 @@ Point relative(const Lowres &lowres, const gpom_point_t &point)
             static_cast<float>(point.y_m - lowres.origin_y_m)};
 }
 
-/// The cells within the half width of one stretch take part.
+/// Make the cells within half_width_m of one stretch part of the band. They become dirty.
 void admit_stretch(Lowres &lowres, const gpom_point_t &from, const gpom_point_t &to,
                    float half_width_m)
 {
@@ -102,7 +104,7 @@ void admit_stretch(Lowres &lowres, const gpom_point_t &from, const gpom_point_t 
     store(layer.n_dirty, n_dirty);
 }
 
-/// Take a window that starts empty: all of its cells outside.
+/// Replace the window of the focus layer. All its cells are outside of the band at first.
 void begin_focus(Lowres &lowres, const Window &window)
 {
     Layer &layer = lowres.layers[GPOM_LAYER_FOCUS];
@@ -145,7 +147,7 @@ gpom_status_t gpom_lowres_focus(gpom_map_t *map, const gpom_point_t *points, siz
     }
     gpom::begin_change(lowres);
     gpom::begin_focus(lowres, window);
-    for (size_t i = 0; i < n_points; ++i) { // one point alone is a stretch of no length
+    for (size_t i = 0; i < n_points; ++i) { // the first stretch has no length
         const gpom_point_t &from = points[i > 0 ? i - 1 : 0];
         gpom::admit_stretch(lowres, from, points[i], static_cast<float>(half_width_m));
     }

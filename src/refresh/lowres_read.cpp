@@ -1,4 +1,4 @@
-// Reading the low-resolution map, from its own thread or beside it.
+// Reading the low-resolution map, in the thread that changes it or in another thread.
 #include "src/map/map.hpp"
 
 #include <string.h>
@@ -8,17 +8,17 @@ namespace gpom
 namespace
 {
 
-/// False: a window is changing.
+/// False if a window is changing now.
 bool begin_read(const Lowres &lowres, uint32_t &counter)
 {
     counter = load(lowres.counter);
     return counter % 2 == 0;
 }
 
-/// True: no window changed since begin_read().
+/// True if no window changed since begin_read().
 bool end_read(const Lowres &lowres, uint32_t counter) { return load(lowres.counter) == counter; }
 
-/// To be trusted only if end_read() confirms it.
+/// The result is valid only if end_read() then returns true.
 gpom_lowres_info_t read_info(const Lowres &lowres, const Layer &layer, Window &window)
 {
     uint32_t words[kPublishedWords];
@@ -39,7 +39,8 @@ gpom_lowres_info_t read_info(const Lowres &lowres, const Layer &layer, Window &w
     return info;
 }
 
-/// The stamp is read before the value, as it is written after it: it is never newer.
+/// Reads the stamp before the value. The writer stores the value before the stamp. So the stamp is
+/// never newer than the value.
 gpom_cell_t read_cell(const Cell &cell)
 {
     const uint32_t stamp_ms = load(cell.stamp_ms);
@@ -96,7 +97,7 @@ gpom_status_t gpom_lowres_copy(const gpom_map_t *map, uint32_t layer, gpom_cell_
         }
         *info = gpom::read_info(lowres, lowres.layers[layer], window);
         if (!gpom::end_read(lowres, counter)) {
-            continue; // the window may be half of one, half of another
+            continue; // the window may mix words of two windows
         }
         if (gpom::cell_count(window) > cell_max) {
             return GPOM_ERR_MEM;

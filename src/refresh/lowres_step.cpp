@@ -1,4 +1,4 @@
-// Evaluating dirty cells in slices, in the order that lowres.h tells.
+// Evaluating dirty cells in slices, in the order that lowres.h describes.
 #include "src/refresh/lowres_step.hpp"
 
 #include "src/base/assert.hpp"
@@ -9,7 +9,7 @@ namespace gpom
 namespace
 {
 
-/// Where the next cell may come from, in order of precedence.
+/// Sources of the next cell, the most urgent first.
 enum class Source : uint8_t { near, coarse, focus, all_coarse, all_focus };
 
 constexpr Source kPrecedence[] = {Source::near, Source::coarse, Source::focus, Source::all_coarse,
@@ -17,15 +17,16 @@ constexpr Source kPrecedence[] = {Source::near, Source::coarse, Source::focus, S
 
 constexpr uint32_t kTurns = 8;
 
-/// Cells taken for evaluation.
+/// Cells that are evaluated together.
 struct Group {
     uint32_t slots[kGroupSize];
     uint32_t n;
-    uint32_t is_focus; ///< Bit i: cell i is of the focus layer.
+    uint32_t is_focus; ///< Bit i: cell i belongs to the focus layer.
     uint64_t n_looks, n_looks_max;
 };
 static_assert(kGroupSize <= 32, "a bit each");
 
+/// The state of one selection of cells.
 struct Work {
     Lowres &lowres;
     PointGroup &points;
@@ -59,7 +60,7 @@ void take(Work &work, uint32_t i_layer, uint32_t slot)
     ++group.n;
 }
 
-/// Steps from the robot's cell to a place of the spiral: four sides of 2 ring cells each.
+/// Offset from the robot's cell to a place on the spiral. A ring has four sides of 2 ring cells.
 void spiral_offset(const Spiral &place, int32_t &dx, int32_t &dy)
 {
     const int32_t ring = static_cast<int32_t>(place.ring);
@@ -77,7 +78,8 @@ void advance(Spiral &place)
     }
 }
 
-/// What the spiral has passed is clean: marks send it back to its beginning.
+/// Take dirty cells along the spiral. All cells that the spiral has passed are clean, because each
+/// mark starts the spiral again.
 void take_near(Work &work)
 {
     Lowres &lowres = work.lowres;
@@ -100,8 +102,9 @@ void take_near(Work &work)
     }
 }
 
-/// Slot of a place of the round: tile by tile, in each along a Z-order curve, so that any few in a
-/// row are close. False: beyond the raster.
+/// Slot of a place of the round. A round visits one tile after the other, and the slots of a tile
+/// along a Z-order curve, so that successive slots are close together. False if the place is beyond
+/// the raster.
 bool slot_of_place(const Window &w, uint32_t place, uint32_t &slot)
 {
     const uint32_t tile = place / (kTileSide * kTileSide);
@@ -165,7 +168,7 @@ void take_from(Work &work, Source source)
     }
 }
 
-/// Which dirty cells a group begins with.
+/// The source of dirty cells that a group begins with.
 Source first_source(uint32_t turn)
 {
     if (turn % 2 == 0) {
@@ -188,14 +191,14 @@ void evaluate(gpom_map &map, const Work &work, const gpom_scratch_t &scratch)
     const gpom_status_t status =
         gpom_query_points(&map, work.points.points, group.n, work.points.answers, &scratch);
     GPOM_ASSERT(status != GPOM_ERR_ARG && status != GPOM_ERR_MEM);
-    (void)status; // what else may be wrong with a cell is in its answer's flags
+    (void)status; // the flags of the answers show all other errors
     const uint32_t stamp_ms = load(map.lowres.newest_ms);
     for (uint32_t i = 0; i < group.n; ++i) {
         Cell &cell = map.lowres.layers[group.is_focus >> i & 1].cells[group.slots[i]];
         const gpom_answer_t &answer = work.points.answers[i];
         map.stats.cells_cut += (answer.flags & GPOM_ANSWER_CUT) != 0 ? 1 : 0;
         store(cell.value, lowres_value(map.lowres, answer));
-        store(cell.stamp_ms, stamp_ms); // after the value: lowres.h, gpom_lowres_copy()
+        store(cell.stamp_ms, stamp_ms); // after the value: see read_cell() in lowres_read.cpp
     }
 }
 

@@ -7,7 +7,7 @@
 namespace gpom
 {
 
-/// A heap, the slot of the least id on top (Williams 1964).
+/// A binary heap with the slot of the least id on top (Williams 1964).
 struct IdHeap {
     uint32_t *slots;
     uint32_t n;
@@ -31,7 +31,7 @@ struct IdHeap {
         }
     }
 
-    /// The top's id has grown: let it sink to its place.
+    /// Restore the heap's order after the id of its top has grown.
     void sink()
     {
         uint32_t i = 0;

@@ -25,9 +25,11 @@ constexpr uint32_t kBlockBeams = GPOM_SNAPSHOT_BLOCK_BEAMS;
 /// Entries of Index::recent that are reset in one step of work.
 constexpr uint32_t kEntries = 128;
 
-/// What is under way. Writing: latest, check, write. Reading: latest, check, load, reset, order.
+/// The phase of the work. Writing goes through latest, check, write. Reading goes through latest,
+/// check, load, reset, order.
 enum Phase : uint8_t { kIdle, kLatest, kCheck, kWrite, kLoad, kReset, kOrder, kDone, kFailed };
 
+/// The kind of block that was read. kNothing: no valid block of the snapshot.
 enum class Found { kBeams, kCommit, kNothing };
 
 bool is_active(const State &s) { return s.phase > kIdle && s.phase < kDone; }
@@ -45,9 +47,9 @@ void finish(State &s)
     s.report.is_done = 1;
 }
 
-// ---- going through a slot ----------------------------------------------------------------------
+// ---- the blocks of a snapshot slot -------------------------------------------------------------
 
-/// Start at the first block of the slot in question.
+/// Start a phase at the first block of slot s.report.slot.
 void rewind(State &s, Phase phase)
 {
     s.phase = phase;
@@ -64,14 +66,14 @@ bool read_block(State &s, uint32_t slot, BlockHead &head)
     return status == GPOM_OK && gpom::open_block(s.block, head) && head.index == s.i_block;
 }
 
-/// The block that stands in s.block is behind us.
+/// Finish with the block in s.block, and go on to the next one.
 void pass_block(State &s)
 {
     s.blocks_crc = gpom_crc32_continue(s.blocks_crc, s.block + gpom::kCrcAt, 4);
     ++s.i_block;
 }
 
-/// True if the commit in s.block fits the beams before it.
+/// True if s.block holds a valid commit that fits the blocks before it.
 bool commits(const State &s, Commit &commit)
 {
     if (!gpom::take_commit(s.block, commit)) {
@@ -111,12 +113,13 @@ template <class Visit> Found take_block(State &s, const Visit &visit)
     return Found::kBeams;
 }
 
-// ---- which slot --------------------------------------------------------------------------------
+// ---- choice of the snapshot slot ---------------------------------------------------------------
 
-/// Sequence numbers may wrap around.
+/// True if sequence number a is newer than b. Sequence numbers may wrap around.
 bool is_newer(uint64_t a, uint64_t b) { return a - b - 1 < UINT64_MAX / 2; }
 
-/// Turn to the newer of the slots that may hold a snapshot. False: there is none left.
+/// Choose the newer of the snapshot slots that may hold a snapshot, and start to check it. False if
+/// no slot is left.
 bool choose_slot(State &s)
 {
     if (s.found[0] == 0 && s.found[1] == 0) {
@@ -130,7 +133,7 @@ bool choose_slot(State &s)
     return true;
 }
 
-/// Start to write the map's beams into the slot.
+/// Start to write the map's beams into the chosen snapshot slot.
 void start_writing(State &s)
 {
     s.n_slots = s.map->index.n_slots;
@@ -142,7 +145,8 @@ void start_writing(State &s)
     rewind(s, kWrite);
 }
 
-/// Write to `slot`, under a number that is newer than all that were found.
+/// Start to write into snapshot slot `slot`. The new sequence number is newer than all numbers that
+/// were found.
 void write_to(State &s, uint32_t slot)
 {
     const bool second = is_newer(s.found_sequence[1], s.found_sequence[0]);
@@ -151,7 +155,8 @@ void write_to(State &s, uint32_t slot)
     start_writing(s);
 }
 
-/// The slot in question holds no whole snapshot: it may be written to, or the other is read.
+/// The chosen snapshot slot holds no whole snapshot. Writing starts in this slot. Reading goes on
+/// with the other slot, or fails if there is none.
 void give_up_slot(State &s)
 {
     s.found[s.report.slot] = 0;
@@ -162,7 +167,7 @@ void give_up_slot(State &s)
     }
 }
 
-/// Look at the first block of the next slot.
+/// Read the first block of the next snapshot slot. After the second one, choose a slot.
 void look_for_latest(State &s)
 {
     BlockHead head;
@@ -175,7 +180,7 @@ void look_for_latest(State &s)
     if (s.report.slot < 2) {
         return;
     }
-    for (uint32_t i = 0; i < 2; ++i) { // an empty slot is no newer than the other
+    for (uint32_t i = 0; i < 2; ++i) { // an empty slot must not count as newer than the other
         if (s.found[i] == 0 && s.found[1 - i] != 0) {
             s.found_sequence[i] = s.found_sequence[1 - i];
         }
@@ -186,7 +191,7 @@ void look_for_latest(State &s)
     }
 }
 
-/// Check the next block. True once the snapshot in this slot has proved whole.
+/// Check the next block. True if it completes the snapshot in this slot, which is whole then.
 bool check_one(State &s)
 {
     const Found found = take_block(s, [](const Beam &) {});
@@ -198,7 +203,7 @@ bool check_one(State &s)
 
 // ---- writing -----------------------------------------------------------------------------------
 
-/// What was written before and what would follow are no longer one map.
+/// True if the map changed so that the blocks written before no longer fit the blocks to come.
 bool has_jumped(const State &s)
 {
     const gpom_map_t &map = *s.map;
@@ -207,7 +212,7 @@ bool has_jumped(const State &s)
            map.lowres.stamp0_us != s.stamp0_us;
 }
 
-/// The beams of the next kBlockBeams slots of the store.
+/// Fill s.block with the beams of the next kBlockBeams slots of the beam store.
 void fill_beams(State &s, BlockHead &head)
 {
     const Index &index = s.map->index;
@@ -279,7 +284,7 @@ void write_one(State &s)
     }
 }
 
-/// One block of whatever writing is at.
+/// Process one block in the present phase of writing.
 void advance_writing(State &s)
 {
     if (s.phase == kLatest) {
@@ -293,21 +298,22 @@ void advance_writing(State &s)
 
 // ---- reading -----------------------------------------------------------------------------------
 
-/// The beams placed so far, the oldest on top. The heap stands where the next tree will be built.
+/// A heap of the beams placed so far, with the oldest on top. It uses the memory in which the next
+/// tree will be built.
 IdHeap heap_of(const State &s, Index &index)
 {
     return {index.spare.slots, s.n_unordered, index.beams};
 }
 
-/// Nothing came into the map, and nothing was built, since it is being filled.
+/// True if the caller inserted no beam and built no tree since loading began.
 bool is_untouched(const State &s, const Index &index)
 {
     return index.n_forgotten == s.n_forgotten && index.next_id == s.next_id &&
            index.spare.slots == s.heap;
 }
 
-/// A whole snapshot was found: empty the map and its raster, and read again. Beams are put into the
-/// store unseen: its slots are not yet in use.
+/// A whole snapshot was found. Empty the map and its raster, and read the snapshot again. Queries
+/// do not see the beams that are put into the store, because its slots do not count as used yet.
 void start_loading(State &s, gpom_map_t &map)
 {
     Index &index = map.index;
@@ -322,7 +328,8 @@ void start_loading(State &s, gpom_map_t &map)
     rewind(s, kLoad);
 }
 
-/// Put a beam into the next slot; without one, in place of the oldest, or nowhere if it is older.
+/// Put a beam into the next slot of the store. If the store is full, the beam replaces the oldest
+/// beam, or is dropped if it is older itself.
 void place(State &s, Index &index, const Beam &beam)
 {
     IdHeap heap = heap_of(s, index);
@@ -340,7 +347,7 @@ void place(State &s, Index &index, const Beam &beam)
     }
 }
 
-/// Empty entries of Index::recent, some at a time.
+/// Reset the next kEntries entries of Index::recent.
 void reset_some_recent(State &s, Index &index)
 {
     const uint32_t end =
@@ -356,7 +363,7 @@ void reset_some_recent(State &s, Index &index)
     }
 }
 
-/// The beam in this slot has no place among those that wait for confirmation: free the slot.
+/// Drop a provisional beam because the ring of provisional beams is full. Its slot becomes vacant.
 void drop(State &s, Index &index, uint32_t slot)
 {
     Beam &beam = index.beams[slot];
@@ -367,7 +374,9 @@ void drop(State &s, Index &index, uint32_t slot)
     ++s.report.n_dropped;
 }
 
-/// Enter a beam into the lists that go by id; the oldest that waits gives way to the youngest.
+/// Enter a beam into the list of recent beams and, if it is provisional, into the ring of
+/// provisional beams. Beams come in order of their ids. If the ring is full, the oldest beam in it
+/// is dropped.
 void list(State &s, gpom_map_t &map, uint32_t slot)
 {
     Index &index = map.index;
@@ -391,7 +400,7 @@ void publish_beams(const State &s, Index &index)
     index.first_vacant = s.first_vacant;
 }
 
-/// Let all be seen: the beams in the store, and the commit in s.block.
+/// Make the loaded map visible: the beams in the store, and the state from the commit in s.block.
 void publish(State &s, gpom_map_t &map)
 {
     Commit commit;
@@ -423,8 +432,9 @@ void publish(State &s, gpom_map_t &map)
     finish(s);
 }
 
-/// Go through some of the beams in order of their ids, of which none may come twice, and number
-/// them anew from 0 on: however long a map is handed on, its ids do not run out.
+/// Take the next kBlockBeams beams in order of their ids, and give them new ids from 0 on. So ids
+/// do not run out, however often a map is written and read. If an id comes twice, the snapshot is
+/// not valid.
 void order_some(State &s, gpom_map_t &map)
 {
     IdHeap heap = heap_of(s, map.index);

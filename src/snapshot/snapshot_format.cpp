@@ -11,18 +11,18 @@ namespace gpom
 namespace
 {
 
-constexpr uint32_t kMagic = 0x534d5047; // "GPMS" in the order of the bytes
+constexpr uint32_t kMagic = 0x534d5047; // the bytes are "GPMS" in their order
 constexpr auto kFormat = static_cast<uint16_t>(GPOM_MAP_FORMAT);
 constexpr uint16_t kFormatBefore = kFormat - 1;
 
-/// Bytes of the hyperparameters in a commit block of either format.
+/// Size of the hyperparameters in a commit block, which may be of this or of the previous format.
 uint32_t params_bytes(const uint8_t *block)
 {
     Decoder from = {block + sizeof kMagic};
     return take<uint16_t>(from) == kFormat ? GPOM_PARAMS_RECORD_BYTES : kRecordBytesBefore;
 }
 
-/// The fields of Beam that are bits, low bit first in this order.
+/// The bit fields of a beam as one number. The first field is in the lowest bits.
 uint16_t bits_of_beam(const Beam &beam)
 {
     return static_cast<uint16_t>(beam.returned | beam.hit << 1 | beam.has_free << 3 |
@@ -41,7 +41,7 @@ void set_bits(Beam &beam, uint32_t bits)
     beam.hit_time = bits >> 11 & kTimeMarkMask;
 }
 
-/// The one list of a beam's fields, for both directions.
+/// Transfer all fields of a beam. Writing and reading both use this list.
 template <class Stream, class SomeBeam, class Bits>
 void transfer(Stream &stream, SomeBeam &beam, Bits &bits)
 {
@@ -57,7 +57,7 @@ void transfer(Stream &stream, SomeBeam &beam, Bits &bits)
     stream(bits);
 }
 
-/// The one list of a commit's fields.
+/// Transfer all fields of a commit. Writing and reading both use this list.
 template <class Stream, class SomeCommit> void transfer(Stream &stream, SomeCommit &commit)
 {
     stream(commit.n_beams);
@@ -77,8 +77,9 @@ template <class Stream, class SomeCommit> void transfer(Stream &stream, SomeComm
     stream(commit.robot_y_m);
 }
 
-/// A sensor is within reach of the origin; what gpom_map_forget() leaves of a beam may begin at its
-/// far end, and the robot is a lever away.
+/// Greatest distances from the origin. A sensor is within GPOM_REACH_M of the origin. But
+/// gpom_map_forget() may leave a beam that starts near its far end, and the robot may be away from
+/// the sensor.
 constexpr float kBeamPlaceMax_m = static_cast<float>(2.0 * GPOM_REACH_M);
 constexpr float kRobotPlaceMax_m = static_cast<float>(4.0 * GPOM_REACH_M);
 
@@ -185,7 +186,7 @@ bool has_params(const uint8_t *block, const uint8_t *record)
         return false;
     }
     for (uint32_t i = end; i < GPOM_PARAMS_RECORD_BYTES - kRecordCrcBytes; ++i) {
-        if (record[i] != 0) { // a field that the format before does not know is not neutral
+        if (record[i] != 0) { // a field that the previous format lacks has an effect
             return false;
         }
     }

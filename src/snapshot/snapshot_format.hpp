@@ -1,15 +1,15 @@
 /// \file snapshot_format.hpp
-/// Blocks of a snapshot as bytes; numbers are little-endian (little_endian.hpp).
+/// Blocks of a snapshot as bytes. Numbers are little-endian (little_endian.hpp).
 ///
 ///     bytes      field
 ///     0          "GPMS", format u16, kind u8, n_beams u8, sequence u64, index u32
 ///     20         kind 0: n_beams beams of 36 bytes; kind 1: Commit, hyperparameters, counters
-///     508        CRC-32 of all before
+///     508        CRC-32 of bytes 0 .. 507
 ///
-/// The format before differs in the size of the hyperparameters alone, and is read.
+/// The previous format is read, too. It differs only in the size of the hyperparameters.
 ///
-/// Block k holds the beams of slots [13 k, 13 k + 13) of the store; the commit comes last. What is
-/// not used is 0.
+/// Block k holds the beams of slots [13 k, 13 k + 13) of the beam store. The commit block comes
+/// last. Unused bytes are 0.
 #pragma once
 
 #include "gpom/snapshot.h"
@@ -26,7 +26,7 @@ struct BlockHead {
     BlockKind kind;
     uint8_t n_beams;
     uint64_t sequence;
-    uint32_t index; ///< Its place in the snapshot.
+    uint32_t index; ///< Number of the block in the snapshot, from 0 on.
 };
 
 constexpr uint32_t kBeamBytes = 36;
@@ -34,7 +34,7 @@ constexpr uint32_t kBodyAt = 20;
 constexpr uint32_t kCrcAt = GPOM_SNAPSHOT_BLOCK_BYTES - 4;
 static_assert(kBodyAt + GPOM_SNAPSHOT_BLOCK_BEAMS * kBeamBytes <= kCrcAt, "a block is too small");
 
-/// Put head and CRC around a block's body.
+/// Write head and CRC of a block. The body must be in the block before.
 void seal_block(uint8_t *block, const BlockHead &head);
 
 /// Read the head. False if the block is damaged or of another format.
@@ -42,20 +42,21 @@ bool open_block(const uint8_t *block, BlockHead &head);
 
 void put_beam(Encoder &to, const Beam &beam);
 
-/// Read kBeamBytes. False if no map could hold such a beam.
+/// Read a beam of kBeamBytes. False if no map can hold such a beam.
 bool take_beam(Decoder &from, Beam &beam);
 
-/// What a snapshot says besides its beams; see Index, Keeper and Lowres.
+/// The state of a map besides its beams. Index, Keeper and Lowres describe the fields.
 struct Commit {
     uint32_t n_beams;
-    uint32_t blocks_crc; ///< CRC-32 of the CRCs of all blocks before.
+    uint32_t blocks_crc; ///< CRC-32 of the CRCs of all blocks before this one.
     uint32_t next_id;
     uint32_t time_number;
     uint32_t hand;
     uint32_t stamp_ms;
     uint32_t frame_epoch;
     uint16_t time_mark;
-    uint16_t n_counters; ///< Of gpom_stats_t, in its order; the same format may append some.
+    uint16_t n_counters; ///< Counters in gpom_stats_t's order. Some may be added without a new
+                         ///< format.
     int64_t stamp0_us, stamp_us;
     double origin_x_m, origin_y_m;
     float robot_x_m, robot_y_m;
@@ -68,19 +69,20 @@ constexpr uint32_t kCountersMax = (kCrcAt - kCountersAt) / 8;
 constexpr uint32_t kCounters = sizeof(gpom_stats_t) / 8;
 static_assert(kCounters <= kCountersMax, "a block is too small");
 
-/// Write or read the body of a commit block but for the hyperparameters.
+/// Write the commit and the counters into the body of a commit block. The caller writes the
+/// hyperparameters.
 void put_commit(uint8_t *block, const Commit &commit, const gpom_stats_t &stats);
 
-/// False if no map could be in such a state.
+/// Read the commit of a commit block. False if no map can be in such a state.
 bool take_commit(const uint8_t *block, Commit &commit);
 
-/// Are the hyperparameters of a commit block those of a record of this version?
+/// True if a commit block has the same hyperparameters as a record of this version.
 bool has_params(const uint8_t *block, const uint8_t *record);
 
 /// The first counter of a commit block, scans_inserted.
 uint64_t first_counter(const uint8_t *block);
 
-/// The counters of a commit block; those that it does not have are 0.
+/// Read the counters of a commit block. Counters that the block does not have become 0.
 void take_counters(const uint8_t *block, uint32_t n_counters, gpom_stats_t &stats);
 
 } // namespace gpom

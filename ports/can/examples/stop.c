@@ -1,6 +1,7 @@
 #include "ports/can/examples/stop.h"
 
-/* Forget all that was said: "stop" until n_good_min frames in a row were right. */
+/* Forget what earlier frames said. The decision is "stop" until n_good_min frames in a row were
+ * right. */
 static void distrust(gpom_stop_t *stop)
 {
     stop->n_good = 0;
@@ -15,7 +16,7 @@ static unsigned watched_sectors(const gpom_stop_t *stop, size_t i_part)
     return ((unsigned)stop->config.sectors >> (GPOM_CAN_SECTORS_IN_FRAME * i_part)) & of_part;
 }
 
-/* Are all watched sectors of this part free as far as asked? */
+/* True if the map is fresh and all watched sectors of this part are free up to distance_min. */
 static bool is_free(const gpom_stop_t *stop, const gpom_can_clearance_t *frame)
 {
     const unsigned watched = watched_sectors(stop, frame->i_part);
