@@ -62,7 +62,8 @@ struct Trial {
 struct Witnesses {
     uint32_t ends;    ///< Bit i: beam i ends at the hit.
     uint32_t ends_in; ///< Bit i: beam i ends at the occupied part behind the hit. A beam whose line
-                      ///< misses the hit by keep_m or more may lack its bit.
+                      ///< misses the hit by keep_m or more may lack its bit: keep.cpp then finds
+                      ///< the hit near its end.
     uint32_t beside;  ///< Bit i: beam i passes the hit within keep_m.
 };
 

@@ -1,7 +1,9 @@
 /* Prints what a map keeps, bit by bit, after a robot drove among posts, one of which moves, with
  * some spurious returns. Linked with libraries of several lane widths by test_lanes.py.
  *
- * usage: kept_beams BEAM_MAX    BEAM_MAX below what the drive is worth: beams are evicted. */
+ * usage: kept_beams BEAM_MAX DEPTH_M
+ *
+ * BEAM_MAX below what the drive is worth: beams are evicted. DEPTH_M: occupied depth of a hit. */
 #include "gpom/gpom.h"
 
 #include <inttypes.h>
@@ -59,6 +61,24 @@ static gpom_status_t insert_scan(gpom_map_t *map, const post_t *posts, int i_sca
     return gpom_scan_insert(map, &scan, &sensor, &pose);
 }
 
+/* A wall at x = 105 m is hit. Later two beams come from the side: one ends beside the hit, the other
+ * 1 m behind it, where the wall is if it has a depth. */
+static gpom_status_t look_from_the_side(gpom_map_t *map)
+{
+    const float to_wall_m[] = {5.0f};
+    const float from_side_m[] = {4.982f, 4.9f};
+    const gpom_scan_t scans[] = {{10000000, 0.0, 0.1, to_wall_m, 1},
+                                 {20000000, -0.1816, 0.1816, from_side_m, 2}};
+    const gpom_pose_t poses[] = {{100.0, 100.0, 0.0, NULL}, {106.0, 105.0, -1.5707963, NULL}};
+    gpom_sensor_t sensor;
+    gpom_sensor_init(&sensor);
+    gpom_status_t status = GPOM_OK;
+    for (int i = 0; i < 2 && status == GPOM_OK; ++i) {
+        status = gpom_scan_insert(map, &scans[i], &sensor, &poses[i]);
+    }
+    return status;
+}
+
 static gpom_status_t drive(gpom_map_t *map)
 {
     static post_t posts[N_POSTS];
@@ -76,7 +96,7 @@ static gpom_status_t drive(gpom_map_t *map)
             return status;
         }
     }
-    return GPOM_OK;
+    return look_from_the_side(map);
 }
 
 static uint32_t bits_of(float value)
@@ -121,7 +141,8 @@ int main(int argc, char **argv)
     gpom_config_t config;
     gpom_map_t *map;
     gpom_config_init(&config);
-    config.beam_max = argc == 2 ? (uint32_t)strtoul(argv[1], NULL, 10) : 0;
+    config.beam_max = argc == 3 ? (uint32_t)strtoul(argv[1], NULL, 10) : 0;
+    config.params.depth_m = argc == 3 ? strtof(argv[2], NULL) : 0.0f;
     config.keep_m = 0.4f;
     config.clear_scans = 2;
     config.far_m = 15.0f;

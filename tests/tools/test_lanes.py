@@ -36,9 +36,10 @@ def programs(tmp_path_factory):
     return made
 
 
+@pytest.mark.parametrize("depth_m", [0, 1.5])
 @pytest.mark.parametrize("beam_max", [200, 5000])
-def test_every_lane_width_keeps_the_same_beams_bit_for_bit(programs, beam_max):
-    kept = {lanes: checked(program, beam_max) for lanes, program in programs.items()}
+def test_every_lane_width_keeps_the_same_beams_bit_for_bit(programs, beam_max, depth_m):
+    kept = {lanes: checked(program, beam_max, depth_m) for lanes, program in programs.items()}
     first = kept[LANES[0]]
     n_beams = len(re.findall("^slot", first, re.MULTILINE))
     assert 100 < n_beams <= beam_max
