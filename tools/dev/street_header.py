@@ -3,7 +3,7 @@
 
 usage: tools/dev/street_header.py SCANS.csv PARAMS.toml POINTS.csv OUT.h
 
-The image has no file system; the same three files given to gpom-query give the answers to compare.
+The image has no file system. gpom-query with the same three files gives the answers to compare.
 """
 import os
 import sys
@@ -20,7 +20,7 @@ def c_float(text):
 
 
 def c_range(text, range_max_m):
-    """A reading that counts alike without <math.h>: no return is the maximum, no reading 0."""
+    """A reading written without <math.h>: no return is the maximum, a missing reading is 0."""
     value = float(text)
     return c_float(0.0 if value != value else min(value, range_max_m))
 
@@ -43,7 +43,7 @@ def params_initialiser(path):
     for name in names + (["s0", "s1"] if is_nn else ["ell_m"]):
         fields[name] = c_float(toml[name])
     counts = {"hits", "free", "fading"}
-    for name in sorted(set(toml) - set(fields) - counts):  # what is absent is neutral
+    for name in sorted(set(toml) - set(fields) - counts):  # an absent key has its neutral value
         fields[name] = c_float(toml[name])
     return ",\n".join(f"    .{name} = {value}" for name, value in fields.items())
 

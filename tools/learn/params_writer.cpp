@@ -18,11 +18,11 @@ constexpr const char *kLogWeightNames[] = {"log_hit_first", "log_hit_last", "log
 
 struct Entry {
     std::string name;
-    std::string value; ///< As it is written in both formats.
+    std::string value; ///< The text of the value, the same in both formats.
     bool whole;
 };
 
-/// Six digits hold all that learning knows, and read back to the same float from any file.
+/// Six digits are as exact as learning is. They read back to the same float from any file.
 std::string number_text(double value)
 {
     char digits[40];
@@ -34,7 +34,7 @@ std::string number_text(double value)
     return text;
 }
 
-/// Every parameter that is not neutral, by its name in TOML, in the order of a parameters file.
+/// Every parameter that is not neutral, with its TOML name, in the order of a parameters file.
 std::vector<Entry> entries_of(const LearntParams &params)
 {
     std::vector<Entry> entries;
@@ -102,7 +102,7 @@ const char *kernel_constant(std::int32_t kernel)
     return kNames[kernel];
 }
 
-/// The C field of a TOML key.
+/// The C field for a TOML key.
 std::string field_of(const std::string &key)
 {
     return key == "hits" || key == "free" || key == "fading" ? "n_" + key : key;

@@ -1,4 +1,4 @@
-// Learnt hyperparameters as files: TOML for tools, a C header for firmware.
+// Writes learnt hyperparameters to files: TOML for tools, a C header for firmware.
 #ifndef GPOM_TOOLS_LEARN_PARAMS_WRITER_HPP
 #define GPOM_TOOLS_LEARN_PARAMS_WRITER_HPP
 
@@ -9,8 +9,8 @@
 namespace gpom_tools
 {
 
-/// What read_params() reads; a parameter at its neutral value is left out. Each line of the comment
-/// is written after `# `.
+/// Text that read_params() reads. Parameters with neutral values are left out. Each line of the
+/// comment is written after `# `.
 std::string params_toml(const LearntParams &params, const std::string &comment);
 
 /// A C99 and C++ header with one function, gpom_params_learnt(), that fills a gpom_params_t.
