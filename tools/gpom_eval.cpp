@@ -376,9 +376,9 @@ CLI::App *declare_street(CLI::App &app, EvalOptions &options)
     mode->add_flag("--exact-gp", options.exact_gp,
                    "Compare with scikit-learn's exact GP, too, if installed");
     mode->add_option("--neighbours", options.neighbours,
-                     "Compare the paper's model from these numbers of hits and as many free\n"
-                     "segments, as 8,16,32 (kernel askey: up to 256), with the dense one of all\n"
-                     "beams")
+                     "Compare the paper's model from few neighbours with the dense model of all\n"
+                     "beams. Give numbers of hits, for example 8,16,32 (kernel askey: up to 256);\n"
+                     "each is also the number of free segments")
         ->delimiter(',')
         ->check(CLI::Range(1u, GPOM_SPARSE_POINTS_MAX / 2));
     mode->add_option("--dense-points", options.n_dense_points,
@@ -404,7 +404,7 @@ void declare_log(CLI::App &app, EvalOptions &options)
     mode->add_option(
             "--split", options.split,
             "Judge by held-out \"beams\" of the scans that make the map, or by two \"runs\"\n"
-            "of 40 consecutive scans that it has never seen")
+            "of 40 consecutive scans that the map never got")
         ->check(CLI::IsMember({"beams", "runs"}))
         ->capture_default_str();
     mode->add_option(

@@ -108,8 +108,8 @@ void declare_options(CLI::App &app, Options &options)
         ->capture_default_str();
     app.add_option(
         "--model", options.model,
-        "What may leave its neutral value: paper (nothing), full, or a comma list\n"
-        "of noise, anisotropy, vote, line, logs, depth, cap [full; lml knows paper alone]");
+        "Parts of the model to learn: paper (none of these), full (all), or a comma list\n"
+        "of noise, anisotropy, vote, line, logs, depth, cap [full; lml: only paper]");
     app.add_option("--fix", options.fixed,
                    "Fix parameters instead of learning them: a comma list of fade_m=, gap_m=,\n"
                    "depth_m=, scan_points_max=, fading=. By default fade_m is 0 (the map never\n"

@@ -15,7 +15,7 @@ using Random = StreetRandom;
 // Streets.
 constexpr double kMainSpacing[2] = {64.0, 80.0};
 constexpr double kMainFromEdge[2] = {18.0, 42.0}; ///< Middle line of the first main street.
-constexpr double kMainToEdge = 16.0;              ///< Least distance of the last one.
+constexpr double kMainToEdge = 16.0;              ///< Least distance of the last one from the edge.
 constexpr double kMainHalf[2] = {6.7, 7.3};
 constexpr double kSideHalf[2] = {4.0, 4.5};
 constexpr double kAlleyHalf[2] = {1.5, 2.0};

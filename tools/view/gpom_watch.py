@@ -195,7 +195,7 @@ class Watch:
         self.bus.publish(channel, b"keyframe")
 
     def collect(self, seconds, until=lambda: False):
-        """Receive for some seconds, or until until() is true. Returns its value."""
+        """Receive for some seconds, or until `until` returns true. True: it did in time."""
         end = time.monotonic() + seconds
         while not until() and (left := end - time.monotonic()) > 0:
             ready, _, _ = select.select([self.bus.fileno()], [], [], min(left, 0.1))
