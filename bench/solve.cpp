@@ -44,8 +44,8 @@ template <gpom_kernel_t K> float solve_with(const gpom_params_t &params, std::si
     for (std::size_t round = 0; round < rounds; ++round) {
         const Moments<F> moments = predict<K>(kernel, points, work, zero, zero);
         sum = sum + moments.mean + moments.variance;
-        memory.x_m[0] = memory.x_m[0] + 1e-6f * moments.mean; // makes each round differ from the
-                                                              // last
+        // Makes each round differ from the last.
+        memory.x_m[0] = memory.x_m[0] + 1e-6f * moments.mean;
     }
     return lane::get(sum, 0);
 }

@@ -309,8 +309,8 @@ std::string how_learnt(const Options &options, const LearnData &data)
 std::vector<FileContent> files_of(const Options &options, const LearntParams &params,
                                   const std::string &comment)
 {
-    static_cast<void>(to_library(params)); // throws for values that the library refuses, before any
-                                           // file is written
+    // Throws for values that the library refuses, before any file is written.
+    static_cast<void>(to_library(params));
     std::vector<FileContent> files = {{options.out_path, params_toml(params, comment)}};
     if (!options.record_path.empty()) {
         files.push_back({options.record_path, params_record(params)});

@@ -37,8 +37,8 @@ struct Options {
 
 void declare_options(CLI::App &app, Options &options)
 {
-    options.reading.range_min_m = 0.0; // send ranges as recorded: the receiver decides which are
-                                       // too near
+    // Send ranges as recorded: the receiver decides which are too near.
+    options.reading.range_min_m = 0.0;
     app.add_option("in", options.in_path,
                    "Scans (CSV or CARMEN log, plain, gzip or bzip2) or an LCM event log")
         ->required()

@@ -236,8 +236,8 @@ void OccupancyGrid::add_wide(GridCell cell, const BeamCone &cone)
         return;
     }
     const double half_width_m = std::max(0.5 * cell_m, std::max(along_m, 0.0) * cone.half_tangent);
-    const double share = across_m / half_width_m; // near the axis about equal to the ratio of the
-                                                  // angles
+    // Near the axis about equal to the ratio of the angles.
+    const double share = across_m / half_width_m;
     if (share < 1.0) {
         const bool at_arc = beam.hit && distance_m >= 2.0 * beam.range_m - cone.reach_m;
         add(cell, (1.0 - share * share) * (at_arc ? log_odds_hit_ : log_odds_miss_));

@@ -12,12 +12,12 @@ namespace gpom_tools
 namespace
 {
 
-constexpr int kStartIterations = 50; // iterations from each start; only the best fit goes on to
-                                     // convergence
-constexpr int kStepIterations = 30;  // iterations for each value of gap, depth and cap
-constexpr int kProbeIterations = 6;  // iterations before a value may be given up
-constexpr double kHopeless = 3e-3;   // a value is given up if its loss is still this much worse
-                                     // than the best
+// Iterations from each start; only the best fit goes on to convergence.
+constexpr int kStartIterations = 50;
+constexpr int kStepIterations = 30; // iterations for each value of gap, depth and cap
+constexpr int kProbeIterations = 6; // iterations before a value may be given up
+constexpr double kHopeless = 3e-3;  // a value is given up if its loss is still this much worse
+                                    // than the best
 constexpr int kPolishIterations = 100;
 constexpr double kStepGainMin = 2e-4; ///< Least improvement of the loss for which a neighbourhood
                                       ///< is changed.

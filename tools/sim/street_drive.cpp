@@ -82,8 +82,8 @@ std::vector<double> stops_along(const Street &street, const StreetWorld &world)
 Graph make_graph(const StreetWorld &world)
 {
     Graph graph;
-    std::map<std::pair<double, double>, std::size_t> known; // exact keys: the centres of both
-                                                            // streets
+    // Exact keys: the centres of both streets.
+    std::map<std::pair<double, double>, std::size_t> known;
     const auto crossing_at = [&](Vec at) {
         const auto found = known.emplace(std::make_pair(at.x, at.y), graph.crossings.size());
         if (found.second) {

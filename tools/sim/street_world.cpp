@@ -321,8 +321,8 @@ void park_vehicles(StreetWorld &world, Random &random)
             continue;
         }
         const std::vector<Lot> kept_free = mouths(street, world.streets);
-        const int only_side = random.chance(0.5) ? 1 : -1; // side streets have parked vehicles on
-                                                           // one side only
+        // Side streets have parked vehicles on one side only.
+        const int only_side = random.chance(0.5) ? 1 : -1;
         for (const int side : {-1, 1}) {
             if (street.kind == StreetKind::main || side == only_side) {
                 park_along(street, side, kept_free, world, random);
