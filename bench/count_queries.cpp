@@ -1,5 +1,5 @@
-// Queries for an instruction counter (tests/instructions.py): the map of a simulated street is
-// asked at places spread over it.
+// Runs queries for an instruction counter (tests/instructions.py), on the map of a simulated
+// street, at places spread over it.
 //
 // usage: count-queries PARAMS.toml N_HITS N_FREE N_POINTS
 #include "ports/host/params_toml.hpp"
@@ -15,7 +15,8 @@ using namespace gpom_tools;
 namespace
 {
 
-/// Places over the whole area, each far from the one before: no query profits from its predecessor.
+/// Places over the whole area. Each is far from the one before, so that no query profits from its
+/// predecessor.
 std::vector<gpom_point_t> spread_points(const StreetConfig &street, std::size_t n)
 {
     std::vector<gpom_point_t> points;

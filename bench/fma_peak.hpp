@@ -1,4 +1,5 @@
-// Multiply-adds a second that the processor can do at the width of the library's lanes.
+// Measures how many multiply-adds a second the processor can do at the width of the library's
+// lanes.
 #ifndef GPOM_BENCH_FMA_PEAK_HPP
 #define GPOM_BENCH_FMA_PEAK_HPP
 
@@ -7,9 +8,10 @@
 namespace gpom_bench
 {
 
-constexpr int kChains = 12; ///< Independent sums: more than the latency times the units.
+constexpr int kChains = 12; ///< Number of independent sums. It is more than latency times number of
+                            ///< units.
 
-/// `rounds` multiply-adds on each of kChains vectors, which stay in registers.
+/// Do `rounds` multiply-adds on each of kChains vectors, which stay in registers.
 template <class F> inline __attribute__((always_inline)) float multiply_add(std::int64_t rounds)
 {
     F sum[kChains];
@@ -18,7 +20,7 @@ template <class F> inline __attribute__((always_inline)) float multiply_add(std:
     }
     F factor = F{} + 0.5f;
     F term = F{} + 1.0f;
-    asm volatile("" : "+v"(factor), "+v"(term)); // not known to the compiler
+    asm volatile("" : "+v"(factor), "+v"(term)); // hide the values from the compiler
     for (std::int64_t i = 0; i < rounds; ++i) {
 #pragma GCC unroll 12
         for (int c = 0; c < kChains; ++c) {

@@ -1,4 +1,4 @@
-// Maps to measure on, in memory of their own, and places in them.
+// Maps to measure on, each in its own memory, and places in them.
 #ifndef GPOM_BENCH_PLACE_HPP
 #define GPOM_BENCH_PLACE_HPP
 
@@ -24,7 +24,7 @@ inline void require(gpom_status_t status)
     }
 }
 
-/// Hyperparameters of a kernel with n neighbours, half of them hits.
+/// Hyperparameters of a kernel with n neighbours. Half of them are hits.
 inline gpom_params_t params_of(const std::string &kernel, std::size_t n)
 {
     gpom_params_t params = gpom_tools::read_params("tests/golden/params_" + kernel + "_query.toml");
@@ -32,7 +32,7 @@ inline gpom_params_t params_of(const std::string &kernel, std::size_t n)
     return params;
 }
 
-/// What a map is made of: the street repeated `tiles` times each way, scans of `n_beams`.
+/// Contents of a map: the street repeated `tiles` times in each direction, with scans of `n_beams`.
 struct Data {
     const char *name;
     int tiles, n_scans, n_beams;
@@ -101,7 +101,7 @@ public:
         require(gpom_scan_insert(map_, &readings, &sensor, &pose));
     }
 
-    /// Corner of the i-th of many patches, spread over the middle tile.
+    /// Corner of the i-th patch. The patches are spread over the middle tile.
     gpom_point_t corner(std::size_t i) const
     {
         const double k = static_cast<double>(i % 64);

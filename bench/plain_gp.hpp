@@ -1,4 +1,4 @@
-// What a straightforward program would do: dynamic-size Eigen, libm, one query at a time.
+// A straightforward program to compare with: Eigen of dynamic size, libm, one query at a time.
 #ifndef GPOM_BENCH_PLAIN_GP_HPP
 #define GPOM_BENCH_PLAIN_GP_HPP
 
@@ -25,7 +25,7 @@ Neighbour neighbour_of(const Part &part, const gpom::Beam &beam, const gpom::Off
     return {to.distance2(), {to.x_m, to.y_m}};
 }
 
-/// The k nearest of all beams, one by one.
+/// The k nearest beams, by comparing with all beams one by one.
 template <class Part>
 std::vector<Neighbour> nearest_by_force(const gpom::Index &index, const Part &part,
                                         const gpom::Offset<float> &at, std::size_t k)
@@ -43,7 +43,7 @@ std::vector<Neighbour> nearest_by_force(const gpom::Index &index, const Part &pa
     return all;
 }
 
-/// The k nearest by the library's tree, for one query.
+/// The k nearest beams by the library's tree, for one query.
 template <class Part>
 std::vector<Neighbour> nearest_by_tree(const gpom::Index &index, const Part &part,
                                        const gpom::Offset<float> &at, std::size_t k)
@@ -62,7 +62,7 @@ std::vector<Neighbour> nearest_by_tree(const gpom::Index &index, const Part &par
     return found;
 }
 
-/// Eq. 4 if the covariance is the neural network's, else Matern-1/2.
+/// Covariance of the neural network (eq. 4), or Matern-1/2 for all other kernels.
 inline float plain_covariance(const gpom_params_t &params, const Eigen::Vector2f &p,
                               const Eigen::Vector2f &q)
 {

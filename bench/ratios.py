@@ -3,14 +3,14 @@
 
 usage: bench/ratios.py [--speed FILE [--sklearn FILE]] [--insert FILE...]
 
-First a line for each map and n: queries a second in rasters and lists, and how many times as many
-as plain Eigen with brute force, with the tree, and scikit-learn (another process of the same run,
-if it is installed); the time of a whole query over that of nanoflann's search of the hits alone;
-the solve alone, covariances included, as a part of the measured peak of multiply-adds (two
-operations each). The covariance is Matern-1/2, of maps named -nn the paper's. Then whole maps
-beside the paper's times, a
-real log, building and inserting (of `gpom-live insert` the mean and the worst scan), and the two
-solves of many neighbours.
+Prints first a line for each map and n. It has the queries a second in rasters and lists, and the
+ratio to plain Eigen with brute force, to plain Eigen with the tree, and to scikit-learn (in another
+process of the same run, if it is installed). Then it has the time of a whole query over that of
+nanoflann's search of the hits only, and the speed of the solve only, with covariances, as a part of
+the measured peak of multiply-adds (two operations each). The covariance is Matern-1/2, or the
+paper's for maps named -nn. Further lines compare whole maps with the paper's times, and give the
+figures of a real log, of building and inserting (mean and worst scan of `gpom-live insert`), and of
+the two solves of many neighbours.
 """
 import argparse
 import json
@@ -25,7 +25,7 @@ PAPER = {"coarse-120000-m2": "paper: under 5 s",
 
 
 class Run:
-    """Medians of one run by their names."""
+    """The medians of one run, by name."""
 
     def __init__(self, path):
         with open(path, encoding="utf-8") as file:
@@ -35,11 +35,11 @@ class Run:
                      if row.get("aggregate_name") == "median"}
 
     def rate(self, name):
-        """Items a second; not a number if the row was left out of the run."""
+        """Items a second. NaN: the run has no such row."""
         return self.rows.get(name, {}).get("items_per_second", math.nan)
 
     def matching(self, pattern):
-        """(match, row) by name."""
+        """(match, row) of the rows whose name matches, in order of name."""
         for name, row in sorted(self.rows.items()):
             if match := re.fullmatch(pattern, name):
                 yield match, row
@@ -103,7 +103,7 @@ def print_solves(run):
 
 
 def read_json(path):
-    """What a program has written; nothing if it was left out."""
+    """The JSON file of a program. Empty if there is none."""
     if path is None or not os.path.exists(path):
         return {}
     with open(path, encoding="utf-8") as file:
@@ -120,10 +120,10 @@ def print_speed(run, sklearn):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--speed", help="what bench/speed.cpp wrote")
-    parser.add_argument("--sklearn", help="what bench/sklearn_gp.py wrote")
+    parser.add_argument("--speed", help="output of bench/speed.cpp")
+    parser.add_argument("--sklearn", help="output of bench/sklearn_gp.py")
     parser.add_argument("--insert", nargs="+", default=[], type=pathlib.Path,
-                        help="what `gpom-live insert` wrote")
+                        help="outputs of `gpom-live insert`")
     arguments = parser.parse_args()
     if arguments.speed is not None:
         print_speed(Run(arguments.speed), read_json(arguments.sklearn))

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The same queries by scikit-learn: a regressor fitted to each query's own neighbourhood.
+"""Answer the same queries by scikit-learn, with one regressor for each query's neighbourhood.
 
 usage: bench/sklearn_gp.py NEIGHBOURHOODS.json OUT.json
 
-Reads what `speed --neighbourhoods` wrote and writes, for each number of neighbours, queries a
-second of processor time and the largest difference of mean and variance from the library's.
+Reads the output of `speed --neighbourhoods`. Writes for each number of neighbours the queries a
+second of processor time, and the largest difference of mean and variance from the library.
 """
 import json
 import sys

@@ -11,14 +11,14 @@ constexpr int kLanes = GPOM_LANES;
 using F = lane::Lane<kLanes>::F;
 constexpr std::size_t kPointsMax = GPOM_POINTS_MAX;
 
-/// What a packet's solve works with.
+/// Working memory of the solve of one packet.
 struct Memory {
     F x_m[kPointsMax], y_m[kPointsMax], noise[kPointsMax], u[kPointsMax], v[kPointsMax];
     Feature<F> features[kPointsMax];
     F factor[panel_at(tile_count(kPointsMax))];
 };
 
-/// Points on a spiral about the query, each lane's a little turned.
+/// Points on a spiral around the query. Each lane's spiral is turned a little.
 Neighbourhood<F> spiral(Memory &memory, const gpom_params_t &params)
 {
     for (std::size_t j = 0; j < kPointsMax; ++j) {
@@ -44,7 +44,8 @@ template <gpom_kernel_t K> float solve_with(const gpom_params_t &params, std::si
     for (std::size_t round = 0; round < rounds; ++round) {
         const Moments<F> moments = predict<K>(kernel, points, work, zero, zero);
         sum = sum + moments.mean + moments.variance;
-        memory.x_m[0] = memory.x_m[0] + 1e-6f * moments.mean; // no round equals the last
+        // Makes each round differ from the last.
+        memory.x_m[0] = memory.x_m[0] + 1e-6f * moments.mean;
     }
     return lane::get(sum, 0);
 }

@@ -1,4 +1,4 @@
-// The local solve alone, at the width of the lanes in use: to be held against the FMA peak.
+// The local solve only, at the width of the lanes in use, for comparison with the FMA peak.
 #ifndef GPOM_BENCH_SOLVE_HPP
 #define GPOM_BENCH_SOLVE_HPP
 
@@ -6,12 +6,13 @@
 
 #include <cstddef>
 
-/// Compiled for each instruction set as the library's hot path is (src/query/hot_path.hpp).
+/// Compiled for each instruction set, like the library's hot path (src/query/hot_path.hpp).
 struct gpom_bench_solve {
     int lanes;
 
-    /// Covariances (neural network, Askey, else Matern-1/2), factor, mean and variance of `rounds`
-    /// packets of neighbourhoods of params' size. Returns a number that depends on all of them.
+    /// Compute covariances (neural network, Askey, else Matern-1/2), factor, mean and variance of
+    /// `rounds` packets of neighbourhoods of the size in params. Returns a number that depends on
+    /// all results.
     float (*solve)(const gpom_params_t &params, std::size_t rounds);
 };
 
@@ -33,7 +34,7 @@ gpom_bench_solve bench_solve_here();
 namespace gpom_bench
 {
 
-/// Operations of one solve of n points, covariances with 20 and a square root with one.
+/// Operations of one solve of n points. A covariance counts as 20 operations, a square root as one.
 constexpr double solve_flops(double n)
 {
     return n * n * n / 3.0 + 2.0 * n * n + 10.0 * n * (n + 1.0) + 15.0 * n;

@@ -1,5 +1,5 @@
-// The library against what users would take instead, on the same data in the same run: Google
-// Benchmark, repetitions interleaved at random. Times are for one core.
+// Compares the library with its alternatives on the same data in the same run, by Google Benchmark
+// with repetitions interleaved at random. Times are for one core.
 #include "bench/fma_peak.hpp"
 #include "bench/place.hpp"
 #include "bench/plain_gp.hpp"
@@ -27,7 +27,7 @@ using namespace gpom_tools;
 namespace
 {
 
-/// Maps are made once and stay.
+/// Maps are made once and kept.
 Place &place_of(const Data &data, std::size_t n)
 {
     static std::map<std::pair<std::string, std::size_t>, std::unique_ptr<Place>> places;
@@ -43,7 +43,7 @@ void set_queries(benchmark::State &state, std::size_t n_each)
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(n_each));
 }
 
-/// Patches of 32 x 32 cells of 0.25 m.
+/// Query patches of 32 x 32 cells of 0.25 m.
 void raster(benchmark::State &state, const Data &data, std::size_t n)
 {
     Place &place = place_of(data, n);
@@ -58,7 +58,7 @@ void raster(benchmark::State &state, const Data &data, std::size_t n)
     set_queries(state, answers.size());
 }
 
-/// Lists of 256 points at random in patches of 8 m x 8 m.
+/// Query lists of 256 random points in patches of 8 m x 8 m.
 void random_points(benchmark::State &state, const Data &data, std::size_t n)
 {
     Place &place = place_of(data, n);
@@ -100,7 +100,7 @@ void plain(benchmark::State &state, const Data &data, std::size_t n, Search sear
     set_queries(state, 1);
 }
 
-/// The hits as nanoflann wants them.
+/// The hits in the form that nanoflann needs.
 struct Cloud {
     std::vector<gpom::Point> points;
 
@@ -112,7 +112,7 @@ struct Cloud {
     template <class Box> bool kdtree_get_bbox(Box &) const { return false; }
 };
 
-/// The same patches, hits alone: no free segments, no Gaussian process.
+/// Search the hits of the same patches: no free segments, no Gaussian process.
 void nanoflann_hits(benchmark::State &state, const Data &data, std::size_t n)
 {
     using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>,
@@ -149,7 +149,7 @@ void build(benchmark::State &state, const Data &data)
     state.counters["bytes_per_beam"] = place.bytes_per_beam();
 }
 
-/// All scans into an empty map, a step of 20,000 operations after each.
+/// Insert all scans into an empty map, with a step of 20,000 operations after each.
 void insert(benchmark::State &state, const Data &data)
 {
     Place place(data, params_of(data.kernel, 16));
@@ -165,7 +165,7 @@ void insert(benchmark::State &state, const Data &data)
     state.counters["beams"] = gpom_map_beam_count(place.map());
 }
 
-/// A whole raster at once, from the lower left corner of the middle tile on.
+/// Query a whole raster at once. It begins at the lower left corner of the middle tile.
 void whole_map(benchmark::State &state, const Data &data, double cell_m, std::uint32_t nx,
                std::uint32_t ny)
 {
@@ -180,7 +180,8 @@ void whole_map(benchmark::State &state, const Data &data, double cell_m, std::ui
     set_queries(state, answers.size());
 }
 
-/// Share of pairs of neighbours at a place that are within ell of each other: of nonzeros in K.
+/// Share of pairs of neighbours at a place that are within ell of each other. It is the share of
+/// nonzeros in K.
 double nonzero_share(const Place &place, const gpom::Offset<float> &at)
 {
     const gpom_params_t &params = place.params();
@@ -198,7 +199,8 @@ double nonzero_share(const Place &place, const gpom::Offset<float> &at)
 
 enum class Solve { dense, sparse };
 
-/// Packets of 4 x 4 cells of 0.25 m with the Askey covariance of a length, by either solve.
+/// Query packets of 4 x 4 cells of 0.25 m with the Askey covariance of this length, by either
+/// solve.
 void many_neighbours(benchmark::State &state, std::size_t n, float ell_m, Solve solve)
 {
     gpom_params_t params = params_of("askey", n);
@@ -222,7 +224,8 @@ void many_neighbours(benchmark::State &state, std::size_t n, float ell_m, Solve 
     state.counters["nonzeros"] = nonzeros;
 }
 
-/// A real log, all of its returns or as the live map keeps them, and patches about its poses.
+/// A real log with patches around its poses. The map has all of its returns, or those that a live
+/// map keeps.
 struct LogMap {
     std::vector<Scan> scans;
     std::unique_ptr<HostMap> map;
@@ -253,7 +256,7 @@ LogMap &log_map(const std::string &path, bool is_live)
     return made;
 }
 
-/// Patches of 32 x 32 cells of 0.25 m about 64 poses.
+/// Query patches of 32 x 32 cells of 0.25 m around 64 poses.
 void log_raster(benchmark::State &state, const std::string &path, bool is_live)
 {
     LogMap &log = log_map(path, is_live);
@@ -269,7 +272,7 @@ void log_raster(benchmark::State &state, const std::string &path, bool is_live)
     state.counters["beams"] = gpom_map_beam_count(log.map->get());
 }
 
-/// Neighbourhoods and their answers, for peers in other processes.
+/// Neighbourhoods and their answers, for comparison in other processes.
 nlohmann::ordered_json neighbourhoods_json(std::size_t n)
 {
     Place &place = place_of(kSparse, n);
@@ -322,7 +325,7 @@ void fma_peak(benchmark::State &state, float (*peak)(std::int64_t), int width)
     state.SetItemsProcessed(state.iterations() * kRounds * kChains * width);
 }
 
-/// The solve of the lanes that the library has chosen.
+/// The solve for the lanes that the library has chosen.
 gpom_bench_solve solve_in_use()
 {
 #if GPOM_DISPATCH
@@ -336,7 +339,7 @@ gpom_bench_solve solve_in_use()
     return gpom::bench_solve_here();
 }
 
-/// Operations a second of the solve alone; an item is half of one multiply-add.
+/// Operations a second of the solve only. An item is one operation, half of a multiply-add.
 void solve_alone(benchmark::State &state, const char *kernel, std::size_t n)
 {
     const gpom_bench_solve chosen = solve_in_use();
@@ -365,7 +368,7 @@ void add_queries(const Data &data, std::size_t n)
     add("eigen-brute" + of, plain, data, n, Search::force);
 }
 
-/// Logs of the folder GPOM_DATA, if it has them.
+/// Add the logs in the folder GPOM_DATA, if they exist.
 void add_logs()
 {
     const char *const folder = std::getenv("GPOM_DATA");
@@ -429,7 +432,7 @@ void add_all()
 } // namespace
 
 // usage: speed [flags of Google Benchmark]
-//        speed --neighbourhoods FILE   writes what bench/sklearn_gp.py computes with, and no more
+// speed --neighbourhoods FILE   only writes the input of bench/sklearn_gp.py
 int main(int argc, char **argv)
 {
     benchmark::Initialize(&argc, argv);

@@ -268,10 +268,9 @@ int main(int argc, char **argv)
 {
     signal(SIGTERM, stop);
     signal(SIGINT, stop);
-    CLI::App app(
-        "Connect a device behind a serial line with LCM: send messages of some channels to "
-        "it, and publish its messages.",
-        "gpom-bridge");
+    CLI::App app("Connect a device behind a serial line with LCM: send it the messages of some "
+                 "channels, and publish its messages.",
+                 "gpom-bridge");
     Options options;
     declare_options(app, options);
     return run_tool(app, argc, argv, [&options] { run(options); });

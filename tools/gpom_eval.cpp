@@ -338,25 +338,26 @@ void declare_common(CLI::App &mode, EvalOptions &options)
         ->type_name("FILE");
     add_scan_options(mode, options.reading);
     mode.add_option("--map-frame-params", options.map_frame_path,
-                    "Parameters as in the paper: kernel nn, map frame\n"
+                    "Parameters of the paper's map: kernel nn, map frame\n"
                     "[NAME_paper.toml beside NAME.toml, if it is there]")
         ->type_name("FILE");
     mode.add_option("--also", options.also_paths,
-                    "More parameters to compare, each a row `gp_NAME`; comma between them")
+                    "More parameter files to compare, with commas between; each is a row `gp_NAME`")
         ->delimiter(',')
         ->type_name("FILE");
-    mode.add_option("--seed", options.seed, "Seed of the choice of points")
+    mode.add_option("--seed", options.seed, "Seed of the random test points")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     mode.add_option("--grid-cell", options.grid_cell_m,
-                    "Cell of both log-odds grids [m]; default: that with the least NLL")
+                    "Cell size of both log-odds grids [m]; default: the one with the least NLL")
         ->check(between(0.01, 100.0));
     mode.add_option("--out", options.out_path,
                     "Folder for eval.json and the CSV files of gpom-plot")
         ->type_name("DIR");
-    mode.add_option("--json", options.json_path, "File for what eval.json holds, alone")
+    mode.add_option("--json", options.json_path, "File for the contents of eval.json only")
         ->type_name("FILE");
-    mode.add_option("--rivals", options.rivals, "Strong grid and OctoMap too: on or off")
+    mode.add_option("--rivals", options.rivals,
+                    "Compare with the strong grid and OctoMap, too: on or off")
         ->transform(CLI::IsMember({"on", "off"}))
         ->default_str("on");
 }
@@ -364,7 +365,7 @@ void declare_common(CLI::App &mode, EvalOptions &options)
 CLI::App *declare_street(CLI::App &app, EvalOptions &options)
 {
     CLI::App *mode = app.add_subcommand(
-        "street", "Judge by the truth of a simulated street, at random places of the whole area");
+        "street", "Judge by the truth of a simulated street, at random places in the whole area");
     declare_common(*mode, options);
     mode->add_option("--truth", options.truth_path, "Truth written by gpom-sim, PGM image")
         ->required()
@@ -372,15 +373,16 @@ CLI::App *declare_street(CLI::App &app, EvalOptions &options)
     mode->add_option("--points", options.n_points, "Test points")
         ->check(CLI::Range(std::size_t{1}, std::size_t{10'000'000}))
         ->capture_default_str();
-    mode->add_flag("--exact-gp", options.exact_gp, "scikit-learn's exact GP too, if installed");
+    mode->add_flag("--exact-gp", options.exact_gp,
+                   "Compare with scikit-learn's exact GP, too, if installed");
     mode->add_option("--neighbours", options.neighbours,
-                     "Compare the paper's model from these numbers of hits and as many free\n"
-                     "segments, as 8,16,32 (kernel askey: up to 256), with the dense one of all\n"
-                     "beams")
+                     "Compare the paper's model from few neighbours with the dense model of all\n"
+                     "beams. Give numbers of hits, for example 8,16,32 (kernel askey: up to 256);\n"
+                     "each is also the number of free segments")
         ->delimiter(',')
         ->check(CLI::Range(1u, GPOM_SPARSE_POINTS_MAX / 2));
     mode->add_option("--dense-points", options.n_dense_points,
-                     "Test points near a beam for --neighbours")
+                     "Number of test points near a beam for --neighbours")
         ->check(CLI::Range(std::size_t{2}, std::size_t{10'000'000}))
         ->capture_default_str();
     return mode;
@@ -388,30 +390,30 @@ CLI::App *declare_street(CLI::App &app, EvalOptions &options)
 
 void declare_log(CLI::App &app, EvalOptions &options)
 {
-    CLI::App *mode =
-        app.add_subcommand("log", "Judge by the beams of a log that the map did not get");
+    CLI::App *mode = app.add_subcommand("log", "Judge by beams of a log that the map did not get");
     declare_common(*mode, options);
     mode->add_option("--range-max", options.reading.range_max_m,
-                     "Usable range [m]; longer readings are no returns")
+                     "Usable range [m]; a longer reading means no return")
         ->check(between(0.1, 1000.0))
         ->capture_default_str();
     mode->add_option("--fraction", options.fraction,
-                     "Share of the returns that the map gets; with --split beams\n"
-                     "at most 0.9, the others judge")
+                     "Share of the returns that the map gets. With --split beams\n"
+                     "at most 0.9, because the other returns judge the map")
         ->check(between(0.0, 1.0))
         ->capture_default_str();
     mode->add_option(
             "--split", options.split,
             "Judge by held-out \"beams\" of the scans that make the map, or by two \"runs\"\n"
-            "of 40 consecutive scans that it has never seen")
+            "of 40 consecutive scans that the map never got")
         ->check(CLI::IsMember({"beams", "runs"}))
         ->capture_default_str();
-    mode->add_option("--after-metres", options.after_m,
-                     "Leave out the first stretch of the way [m], that of gpom-learn\n"
-                     "--first-metres")
+    mode->add_option(
+            "--after-metres", options.after_m,
+            "Leave out this first part of the way [m], for example the part of gpom-learn\n"
+            "--first-metres")
         ->check(between(0.0, 1e9));
     mode->add_option("--beam-width-deg", options.beam_width_deg,
-                     "Whole angle of the widened grid's beams [degree]")
+                     "Full opening angle of the widened grid's beams [degree]")
         ->check(between(0.0, 120.0))
         ->capture_default_str();
 }
@@ -420,7 +422,7 @@ void declare_log(CLI::App &app, EvalOptions &options)
 
 int main(int argc, char **argv)
 {
-    CLI::App app("Compare the map with its rivals on the same data, judged at the same points.",
+    CLI::App app("Compare the map with its rivals on the same data, at the same test points.",
                  "gpom-eval");
     EvalOptions street, log;
     CLI::App *const street_mode = declare_street(app, street);

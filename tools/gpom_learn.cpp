@@ -61,13 +61,13 @@ void declare_data(CLI::App &app, Options &options)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     app.add_option("--truth", options.truth_paths,
                    "Truth by gpom-sim, one for each --scans: learn at random places of\n"
-                   "the area near beams, behind walls and vehicles too")
+                   "the area near beams, also behind walls and vehicles")
         ->type_name("FILE")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     app.add_option("--fraction", options.fraction,
-                   "Learn for a map that keeps all of this share of the beams\n"
-                   "[without it: for a live map of all of them; with --truth 1]")
+                   "Learn for a map that keeps all beams of this share of the scans' beams\n"
+                   "[default: learn for a live map of all beams; with --truth 1]")
         ->check(CLI::Range(0.0, 1.0));
     app.add_option("--points", options.n_points,
                    "Places to learn from in each file [6000; with --fraction 3000; with\n"
@@ -75,14 +75,14 @@ void declare_data(CLI::App &app, Options &options)
                    "with --method lml points of the subset [600], at most 1000")
         ->check(CLI::Range(std::size_t{50}, std::size_t{1'000'000}));
     app.add_option("--first-metres", options.first_m,
-                   "Learn from the first stretch of the way alone [m]; 0: all of it")
+                   "Learn only from this first part of the way [m]; 0: from the whole way")
         ->check(CLI::NonNegativeNumber);
     app.add_option("--range-max", options.reading.range_max_m,
-                   "Usable range [m]; longer readings are no returns")
+                   "Usable range [m]; a longer reading means no return")
         ->check(CLI::Range(0.1, 1000.0))
         ->capture_default_str();
     add_scan_options(app, options.reading);
-    app.add_option("--seed", options.seed, "Seed of every choice")
+    app.add_option("--seed", options.seed, "Seed of all random choices")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
 }
@@ -100,21 +100,21 @@ void declare_options(CLI::App &app, Options &options)
                    "The same as a C header for firmware: the constant\ngpom_params_learnt")
         ->type_name("FILE");
     app.add_option("--kernel", options.kernel,
-                   "nn, matern12, matern32, se, askey, or all: the best on held-out places")
+                   "nn, matern12, matern32, se, askey, or all: take the best on held-out places")
         ->capture_default_str();
     app.add_option("--method", options.method,
-                   "lobo: places judged by the map, without their own beam or by truth;\n"
-                   "lml: the paper's marginal likelihood, then leave-one-out")
+                   "lobo: predict places from the map without their own beam, or compare with\n"
+                   "the truth. lml: the paper's marginal likelihood, then leave-one-out")
         ->check(CLI::IsMember({"lobo", "lml"}))
         ->capture_default_str();
     app.add_option(
         "--model", options.model,
-        "What may leave its neutral value: paper (nothing), full, or a comma list\n"
-        "of noise, anisotropy, vote, line, logs, depth, cap [full; lml knows paper alone]");
+        "Parts of the model to learn: paper (none of these), full (all), or a comma list\n"
+        "of noise, anisotropy, vote, line, logs, depth, cap [full; lml: only paper]");
     app.add_option("--fix", options.fixed,
-                   "Keep at a value, not search for: a comma list of fade_m=, gap_m=, depth_m=,\n"
-                   "scan_points_max=, fading=; without it fade_m is 0 (the map never fades to its\n"
-                   "prior) and fading 0 (neighbours come and go at once)")
+                   "Fix parameters instead of learning them: a comma list of fade_m=, gap_m=,\n"
+                   "depth_m=, scan_points_max=, fading=. By default fade_m is 0 (the map never\n"
+                   "fades to its prior) and fading is 0 (neighbours come and go at once)")
         ->type_name("NAME=VALUE");
     app.add_option("--hits", options.n_hits, "Nearest hits per query")
         ->check(CLI::Range(1, 63))
@@ -123,22 +123,22 @@ void declare_options(CLI::App &app, Options &options)
         ->check(CLI::Range(1, 63))
         ->capture_default_str();
     app.add_option("--ell-max", options.ell_max_m,
-                   "Longest length scale [m]: it decides how far the map reaches")
+                   "Longest length scale [m]. It decides how far the map reaches")
         ->check(CLI::Range(0.3, 1000.0))
         ->capture_default_str();
     app.add_option("--free-weight", options.free_weight,
-                   "What a free place counts where an occupied one counts 1: the more, the\n"
-                   "thinner the walls, and the worse the calibration; 1.4 suits indoor maps")
+                   "Weight of a free place; an occupied one has 1. A larger weight makes walls\n"
+                   "thinner and the calibration worse; 1.4 suits indoor maps")
         ->check(CLI::Range(0.1, 10.0))
         ->capture_default_str();
     app.add_option("--training-of", options.training_of,
-                   "Learn from those returns alone that gpom-live judge with this --seed puts\n"
-                   "into its map")
+                   "Learn only from the returns that gpom-live judge with this --seed puts into\n"
+                   "its map")
         ->check(CLI::NonNegativeNumber);
     options.live_options = add_live_options(app, options.live);
     options.live_options.push_back(add_capacity_option(app, options.live));
     app.add_flag("--composite", options.composite,
-                 "With --method lml: over local neighbourhoods, not one subset");
+                 "With --method lml: use local neighbourhoods instead of one subset");
 }
 
 std::vector<gpom_kernel_t> kernels_of(const std::string &name)
@@ -236,12 +236,13 @@ Plan plan_of(const Options &options)
 {
     const bool lml = options.method == "lml";
     if (lml && is_live(options)) {
-        throw std::runtime_error("--method lml learns for a map that keeps all of its beams; give "
-                                 "--fraction, 0.04 for one beam in 25");
+        throw std::runtime_error(
+            "--method lml learns only for a map that keeps all of its beams; give "
+            "--fraction, 0.04 for one beam in 25");
     }
     for (const CLI::Option *option : options.live_options) {
         if (option->count() > 0 && !is_live(options)) {
-            throw std::runtime_error(option->get_name() + ": of live maps alone; not with " +
+            throw std::runtime_error(option->get_name() + ": only for live maps; not with " +
                                      (is_street(options) ? "--truth" : "--fraction"));
         }
     }
@@ -360,7 +361,7 @@ std::string command_of(int argc, const char *const *argv)
 
 int main(int argc, char **argv)
 {
-    CLI::App app("Learn hyperparameters from scans, and say how good they are on data held out.",
+    CLI::App app("Learn hyperparameters from scans, and measure them on held-out data.",
                  "gpom-learn");
     Options options;
     options.command = command_of(argc, argv);

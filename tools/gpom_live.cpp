@@ -45,7 +45,7 @@ CLI::App *add_command(CLI::App &app, const std::string &name, const std::string 
 
 void add_spurious_option(CLI::App &command, double &share)
 {
-    command.add_option("--spurious", share, "Share of returns that become too short")
+    command.add_option("--spurious", share, "Share of returns that are made too short")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
 }
@@ -71,8 +71,8 @@ void add_judge_options(CLI::App &command, JudgeOptions &judge)
 
 CLI::App *add_judge(CLI::App &app, Options &options)
 {
-    CLI::App *const command =
-        add_command(app, "judge", "Accuracy against as many beams drawn at random", options);
+    CLI::App *const command = add_command(
+        app, "judge", "Accuracy, compared with the same number of beams drawn at random", options);
     add_judge_options(*command, options.judge);
     add_spurious_option(*command, options.judge.spurious);
     command->add_option("--points", options.judge.n_points, "Test points of a street")
@@ -83,7 +83,7 @@ CLI::App *add_judge(CLI::App &app, Options &options)
 CLI::App *add_seams(CLI::App &app, Options &options)
 {
     CLI::App *const command =
-        add_command(app, "seams", "Where answers jump: along random lines of 1 m", options);
+        add_command(app, "seams", "Jumps of the answers along random lines of 1 m", options);
     add_judge_options(*command, options.judge);
     command->add_option("--lines", options.n_lines, "Number of lines")
         ->check(CLI::Range(1, 1000000))
@@ -100,15 +100,15 @@ CLI::App *add_cars(CLI::App &app, Options &options)
     command->add_option("--scans", street.n_scans, "Number of scans");
     command->add_option("--beams", street.n_beams, "Beams in each scan");
     command->add_option("--step", street.step_m, "Way driven from scan to scan [m]");
-    command->add_option("--cars-leave-at", street.cars_leave_at, "Scan at which they leave");
-    command->add_option("--cars-arrive-at", street.cars_arrive_at, "Scan at which they arrive");
+    command->add_option("--cars-leave-at", street.cars_leave_at, "Scan at which vehicles leave");
+    command->add_option("--cars-arrive-at", street.cars_arrive_at, "Scan at which vehicles arrive");
     command
         ->add_option("--seen-gap", options.cars.seen_gap_m,
-                     "Most between beams that see through a cell [m]")
+                     "Largest spacing of beams that see through a cell [m]")
         ->check(CLI::Range(1e-3, 10.0))
         ->capture_default_str();
     add_spurious_option(*command, options.cars.spurious);
-    command->add_option("--cell", options.cars.cell_m, "Low-resolution cells' size [m]")
+    command->add_option("--cell", options.cars.cell_m, "Size of low-resolution cells [m]")
         ->check(CLI::Range(0.1, 10.0));
     add_live_options(*command, options.cars.live);
     add_capacity_option(*command, options.cars.live);
@@ -118,8 +118,8 @@ CLI::App *add_cars(CLI::App &app, Options &options)
 CLI::App *add_door(CLI::App &app, Options &options)
 {
     DoorTrial &door = options.door;
-    CLI::App *const command =
-        add_command(app, "door", "Width of a corridor's doors, and which robots fit", options);
+    CLI::App *const command = add_command(
+        app, "door", "Width of a corridor's doors, and robots that fit through", options);
     command->add_option("--seed", door.laser.seed, "Seed of the first run")->capture_default_str();
     command->add_option("--runs", door.n_runs, "Runs, each with the next seed")
         ->check(CLI::Range(1, 1000))
@@ -236,8 +236,9 @@ void report(const Options &options, const nlohmann::ordered_json &figures)
 
 int main(int argc, char **argv)
 {
-    CLI::App app("Keep a map the vehicle's way and say what it knows and costs: figures as JSON.",
-                 "gpom-live");
+    CLI::App app(
+        "Keep a map as a vehicle does, and measure accuracy and cost. Writes figures as JSON.",
+        "gpom-live");
     Options options;
     app.require_subcommand(1);
     struct Command {

@@ -291,16 +291,17 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--step", options.street.step_m, "Way driven from scan to scan [m]");
     app.add_option("--range-max", options.street.range_max_m, "Maximum range [m]");
     app.add_option("--points", options.n_points, "Test points")->check(CLI::Range(100, 1000000));
-    app.add_option("--period", options.pose_period_s, "Between poses [s]");
+    app.add_option("--period", options.pose_period_s, "Time between poses [s]");
     app.add_option("--speed", options.speed_mean_mps, "Mean speed [m/s]");
-    app.add_option("--speed-swing", options.speed_swing_mps, "Swing of the speed about it [m/s]");
+    app.add_option("--speed-swing", options.speed_swing_mps,
+                   "Swing of the speed around the mean [m/s]");
     gpomd::OdometryConfig &odometry = options.odometry;
     app.add_option("--speed-scale-sd", odometry.speed_scale_sd, "Constant error of the speed [1]");
     app.add_option("--yaw-rate-bias-sd", odometry.yaw_rate_bias_sd,
                    "Constant error of the yaw rate [rad/s]");
-    app.add_option("--speed-noise", odometry.speed_noise, "White error of it [m / sqrt(s)]");
+    app.add_option("--speed-noise", odometry.speed_noise, "White error of the speed [m / sqrt(s)]");
     app.add_option("--yaw-rate-noise", odometry.yaw_rate_noise,
-                   "White error of it [rad / sqrt(s)]");
+                   "White error of the yaw rate [rad / sqrt(s)]");
     for (CLI::Option *option : app.get_options()) {
         if (option->get_name() != "--help" && option->get_name() != "--params") {
             option->capture_default_str();
@@ -312,8 +313,8 @@ void declare_options(CLI::App &app, Options &options)
 
 int main(int argc, char **argv)
 {
-    CLI::App app("Drive a street with poses now and then, odometry between them or not, and judge\n"
-                 "the maps against the truth: figures as JSON.",
+    CLI::App app("Drive a street with few poses, with or without odometry between them, and\n"
+                 "compare the maps with the truth. Writes figures as JSON.",
                  "gpom-odometry");
     Options options;
     declare_options(app, options);

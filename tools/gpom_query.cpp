@@ -42,7 +42,7 @@ void declare_options(CLI::App &app, Options &options)
         ->required()
         ->type_name("FILE");
     CLI::Option *const points =
-        app.add_option("--points", options.points_path, "Points to ask for, x,y a line [m]")
+        app.add_option("--points", options.points_path, "Points to answer, x,y a line [m]")
             ->type_name("FILE");
     app.add_option("--raster", options.raster,
                    "Instead of --points: x0,y0,cell,nx,ny; corner of cell 0 and cell size [m]")
@@ -61,12 +61,12 @@ void declare_options(CLI::App &app, Options &options)
                    "Usable range of a CARMEN log's sensor [m]")
         ->capture_default_str();
     add_scan_options(app, options.reading);
-    app.add_option("--beam-max", options.beam_max,
-                   "Capacity of the map [beams]; default: all of the scans'; with --live 16384")
+    app.add_option(
+           "--beam-max", options.beam_max,
+           "Capacity of the map [beams]; default: all beams of the scans, with --live 16384")
         ->check(CLI::Number);
-    CLI::Option *const live =
-        app.add_flag("--live", options.live,
-                     "Keep what is worth keeping, as the vehicle's map does, scan by scan");
+    CLI::Option *const live = app.add_flag(
+        "--live", options.live, "Keep only useful beams, as a vehicle's map does, scan by scan");
     for (CLI::Option *const option : add_live_options(app, options.live_config)) {
         option->needs(live);
     }
@@ -97,7 +97,7 @@ gpom_raster_t raster_of(const std::vector<double> &values)
     raster.ny =
         static_cast<std::uint32_t>(whole_number(values[4], 1, GPOM_RASTER_SIDE_MAX, "--raster ny"));
     if (values[3] * values[4] > kRasterCellsMax) {
-        throw std::runtime_error("--raster: more than 1e8 cells; ask for it in parts");
+        throw std::runtime_error("--raster: more than 1e8 cells; query it in parts");
     }
     return raster;
 }

@@ -37,35 +37,39 @@ struct Options {
 
 void declare_options(CLI::App &app, Options &options)
 {
-    options.reading.range_min_m = 0.0; // send ranges as recorded: the receiver decides which are
-                                       // too near
+    // Send ranges as recorded: the receiver decides which are too near.
+    options.reading.range_min_m = 0.0;
     app.add_option("in", options.in_path,
                    "Scans (CSV or CARMEN log, plain, gzip or bzip2) or an LCM event log")
         ->required()
         ->type_name("FILE");
     app.add_option("--url", options.url, "LCM's network")->capture_default_str();
-    app.add_option("--rate", options.rate, "How many times as fast as recorded")
+    app.add_option("--rate", options.rate, "Speed, as a multiple of the recorded speed")
         ->check(CLI::Range(1e-3, 1e6))
         ->capture_default_str();
     app.add_option("--channel", options.log_channels,
-                   "Of an LCM log only this channel; may be repeated (default: all)");
+                   "Send only this channel of an LCM log; may be repeated (default: all)");
     options.of_scans = {
         app.add_option("--family", options.family,
-                       "Types that scans are sent as: gpom.scan_t; bot_core.planar_lidar_t and "
+                       "Message types of the scans: gpom.scan_t; bot_core.planar_lidar_t and "
                        "pose_t; mbot_lcm_msgs.lidar_t and pose2D_t")
             ->check(CLI::IsMember({"gpom", "bot_core", "mbot"}))
             ->capture_default_str(),
-        app.add_option("--scan-channel", options.scan_channel, "Default GPOM_SCAN; others LIDAR"),
-        app.add_option("--pose-channel", options.pose_channel, "Default POSE; mbot SLAM_POSE"),
-        app.add_option("--sensor-id", options.sensor_id, "Of gpom.scan_t")->capture_default_str(),
+        app.add_option("--scan-channel", options.scan_channel,
+                       "Channel of scans; default GPOM_SCAN, other types LIDAR"),
+        app.add_option("--pose-channel", options.pose_channel,
+                       "Channel of poses; default POSE, mbot SLAM_POSE"),
+        app.add_option("--sensor-id", options.sensor_id, "sensor_id of gpom.scan_t")
+            ->capture_default_str(),
         app.add_option("--range-max", options.reading.range_max_m,
                        "Usable range of a CARMEN log's sensor [m]")
             ->capture_default_str(),
         app.add_flag("--extent", options.is_extent,
-                     "Only print where the scans were made and how long it took: x0 y0 x1 y1 [m], "
+                     "Only print the area of the scans and how long they took: x0 y0 x1 y1 [m], "
                      "duration [s], number of scans"),
-        app.add_flag("--now", options.is_now, "Stamp scans with the time at which they are due"),
-        app.add_option("--repeat", options.n_rounds, "Send the scans so many times, time going on")
+        app.add_flag("--now", options.is_now, "Stamp each scan with the time at which it is sent"),
+        app.add_option("--repeat", options.n_rounds,
+                       "Send all scans this many times; the time goes on")
             ->check(CLI::Range(1u, 1000000u))
             ->capture_default_str()};
     for (CLI::Option *const option : add_scan_options(app, options.reading)) {

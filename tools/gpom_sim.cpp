@@ -37,23 +37,24 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--out", options.out_path, "Scans to write, CSV")->required()->type_name("FILE");
     app.add_option("--truth", options.truth_path, "Ground truth to write, PGM image")
         ->type_name("FILE");
-    app.add_option("--truth-empty", options.truth_empty_path, "The same without vehicles")
+    app.add_option("--truth-empty", options.truth_empty_path,
+                   "Ground truth without vehicles to write, PGM image")
         ->type_name("FILE");
-    app.add_option("--seed", street.seed, "Seed; the same seed gives the same street")
+    app.add_option("--seed", street.seed, "Seed. The same seed gives the same street")
         ->check(check_seed);
     app.add_option("--width", street.width_m, "Area's extent along x [m]");
     app.add_option("--height", street.height_m, "Area's extent along y [m]");
     app.add_option("--scans", street.n_scans, "Number of scans");
     app.add_option("--beams", street.n_beams, "Beams in each scan");
-    app.add_option("--fov-deg", street.fov_deg, "Field of view about the heading [degree]");
-    app.add_option("--range-max", street.range_max_m, "Maximum range [m]; beyond: no return");
+    app.add_option("--fov-deg", street.fov_deg, "Field of view around the heading [degree]");
+    app.add_option("--range-max", street.range_max_m,
+                   "Maximum range [m]; beyond it there is no return");
     app.add_option("--range-noise", street.range_noise_m, "Standard deviation of ranges [m]");
     app.add_option("--step", street.step_m, "Way driven from scan to scan [m]");
     app.add_option("--truth-cell", street.truth_cell_m, "Cell size of the ground truth [m]");
-    app.add_option("--cars-arrive-at", street.cars_arrive_at,
-                   "Scan from which on vehicles are parked");
+    app.add_option("--cars-arrive-at", street.cars_arrive_at, "First scan with parked vehicles");
     app.add_option("--cars-leave-at", street.cars_leave_at,
-                   "Scan from which on they are gone; -1: they stay");
+                   "First scan without them again; -1: they stay");
     for (CLI::Option *option : app.get_options()) {
         const std::string name = option->get_name();
         if (name != "--help" && name != "--out" && name.rfind("--truth", 0) != 0) {
@@ -62,7 +63,7 @@ void declare_options(CLI::App &app, Options &options)
     }
     app.get_option("--truth-cell")->capture_default_str();
     app.add_flag("--there-and-back", street.there_and_back,
-                 "In the middle of the drive, turn round and drive back");
+                 "Turn round in the middle of the drive and drive back");
 }
 
 void check_different(const std::vector<std::string> &paths)

@@ -361,8 +361,8 @@ void Daemon::watch(const sigset_t &signals)
             status.send(false);
             status_us = now_us + config_.publish.status_period_us;
         }
-        is_ready_told = is_ready_told || notify("READY=1"); // its queue may be full: try again next
-                                                            // turn
+        // Its queue may be full: try again next turn.
+        is_ready_told = is_ready_told || notify("READY=1");
         if (watchdog_period_us > 0 && now_us >= watchdog_next_us && has_pulse()) {
             notify("WATCHDOG=1");
             watchdog_next_us = now_us + watchdog_period_us;
@@ -455,9 +455,9 @@ void Daemon::run()
     sigemptyset(&signals);
     sigaddset(&signals, SIGTERM);
     sigaddset(&signals, SIGINT);
-    pthread_sigmask(SIG_BLOCK, &signals, nullptr); // blocks the signals in all threads; watch()
-                                                   // waits for them
-    std::signal(SIGPIPE, SIG_IGN);                 // the daemon goes on when nobody reads its log
+    // Blocks the signals in all threads; watch() waits for them.
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+    std::signal(SIGPIPE, SIG_IGN); // the daemon goes on when nobody reads its log
     std::signal(SIGXFSZ, SIG_IGN); // a snapshot that may not grow fails, but does not end the
                                    // daemon
     open_senders();

@@ -88,7 +88,7 @@ def test_the_map_is_what_gpom_query_makes_of_the_same_scans(start, street, tmp_p
     other = ask("--raster", "0,50,1,70,60", "--keep", "0.5")
     assert other.returncode == 1 and "differ" in other.stdout, other
     moved = ask("--raster", "0.5,50,1,70,60")
-    assert moved.returncode == 2 and "ask gpom-query for --raster 0,50,1,70,60" in moved.stderr
+    assert moved.returncode == 2 and "run gpom-query with --raster 0,50,1,70,60" in moved.stderr
 
 
 def test_tiles_carry_corner_keyframe_and_order(start, peer):

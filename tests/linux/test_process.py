@@ -157,7 +157,8 @@ SENSOR = '[[sensor]]\ntype = "gpom.scan_t"\nrange_max_m = 34.0'
     ({"top": 'lcm_url = "file://bus.log"'}, 2, "lcm_url: must be udpm://ADDRESS:PORT?ttl=0"),
     ({"top": "what is this"}, 2, "not TOML: "),
     ({"top": 'lcm_url = "udpm://nonsense:7667"'}, 2, "lcm_url: LCM's URL must be udpm://ADDRESS"),
-    ({"top": 'lcm_url = "udpm://10.0.0.1:7667"'}, 2, "lcm_url: LCM's URL: the address is not one"),
+    ({"top": 'lcm_url = "udpm://10.0.0.1:7667"'}, 2,
+     "lcm_url: LCM's URL: the address is not a multicast"),
     ({"top": 'lcm_url = "udpm://239.1.2.3:7667?tll=1"'}, 2, "lcm_url: LCM's URL: options are ttl"),
     ({"map": "origin = [1e300, 0.0]"}, 7, "map.origin: must be a list of 2 finite numbers of at"),
     ({"raster": "cell_m = 1\nnx = 5\nny = 5\ncorner = [0, 2e9]"}, 12, "raster.corner: must be a"),
@@ -299,7 +300,7 @@ def test_a_smaller_beam_max_loses_no_snapshot(start, peer, tmp_path):
     assert restored(small)[0] == 500
     said = "".join(small.lines)
     assert f"; {n_beams - 500} did not fit" in said
-    kept = re.search(r"larger map.beam_max; all of it stays in (\S+)", said)[1]
+    kept = re.search(r"larger map.beam_max; gpomd keeps all of it in (\S+)", said)[1]
     wait_until(watch, lambda: watch.status is not None
                and watch.status["counts"]["snapshots_written"] > 2)
     assert small.stop() == 0

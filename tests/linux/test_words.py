@@ -83,7 +83,7 @@ SCANS = [
      "sensor[0].type is gpom.scan_t: set sensor[0].channel to that of the scans; `gpom-watch "
      "--channels` lists what there is"),
     ("no crc32", lambda peer: [("GPOM_SCAN", typed(scan(peer, 0)))], "scan_crc_zero",
-     "gpom.scan_t on GPOM_SCAN: crc32 is 0, so the sender has not computed it: it must be the "
+     "gpom.scan_t on GPOM_SCAN: crc32 is 0, so the sender has not computed it: crc32 must be the "
      "CRC-32 of all bytes before it, once the message is encoded (lcmtypes/README.md)"),
     ("damaged", lambda peer: [("GPOM_SCAN", own(peer)[1][:-1] + b"?")], "scan_corrupt",
      "gpom.scan_t on GPOM_SCAN: crc32 does not fit the bytes: the message was damaged, or the "

@@ -61,8 +61,8 @@ static gpom_status_t insert_scan(gpom_map_t *map, const post_t *posts, int i_sca
     return gpom_scan_insert(map, &scan, &sensor, &pose);
 }
 
-/* A wall at x = 105 m is hit. Later two beams come from the side: one ends beside the hit, the other
- * 1 m behind it, where the wall is if it has a depth. */
+/* A wall at x = 105 m is hit. Later two beams come from the side: one ends beside the hit,
+ * the other 1 m behind it, where the wall is if it has a depth. */
 static gpom_status_t look_from_the_side(gpom_map_t *map)
 {
     const float to_wall_m[] = {5.0f};

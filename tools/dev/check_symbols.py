@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Fail on symbols that a fixed-memory core, or an image built from it, must not have.
+"""Fail on symbols that the fixed-memory library, or an image with it, must not have.
 
 usage: check_symbols.py [--objdump PROGRAM] [--soft-double] [--sparse] [--port] libgpom.a
        check_symbols.py [--objdump PROGRAM] [--soft-double] --image IMAGE.elf
        check_symbols.py [--objdump PROGRAM] --exports libgpom.so
 
-Library: what its objects need from outside themselves must be in ALLOWED, and they may hold no
-static constructor and no writable data. Image: nothing in BANNED may have been linked. Shared
-library: exports functions gpom_*, at least one, and nothing else.
+Library: every symbol that its objects need from outside must be in ALLOWED. The objects must hold
+no static constructor and no writable data. Image: no symbol in BANNED may be linked. Shared
+library: it must export at least one function gpom_* and no other symbols.
 --sparse also allows the functions of SuiteSparse that the sparse solve calls.
---port also allows what the libraries below a port offer, gpom_*.
---soft-double also allows double arithmetic in software (Cortex-M4F: the pose comes in double).
+--port also allows functions gpom_* of the libraries below a port.
+--soft-double also allows double arithmetic in software (Cortex-M4F: poses are double).
 """
 import argparse
 import re

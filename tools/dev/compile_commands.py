@@ -3,7 +3,8 @@
 
 usage: make -n -B V=1 OBJECT... | tools/dev/compile_commands.py FILE.json
 
-One entry for each source: the first command that compiles it. Clang's tools and editors read it.
+It has one entry for each source: the first command that compiles it. Clang's tools and editors read
+the database.
 """
 import json
 import os
@@ -12,7 +13,7 @@ import sys
 
 
 def entries_of(text, folder):
-    """Entries in order of source; a line is a compile command if it has -c SOURCE and -o OBJECT."""
+    """Entries in order of source. A compile command is a line with -c SOURCE and -o OBJECT."""
     entries = {}
     for line in text.replace("\\\n", " ").splitlines():
         if " -c " not in line or " -o " not in line:

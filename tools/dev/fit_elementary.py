@@ -1,14 +1,14 @@
 """Fit the float32 elementary functions of the core: asin, exp, 2^x, normal distribution, sin, cos.
 
-Run by hand (needs numpy and mpmath); the coefficients it prints are copied into the core:
+Run it by hand (it needs numpy and mpmath) and copy the coefficients that it prints into the core:
 
     python3 tools/dev/fit_elementary.py [OUTPUT.txt]
 
 Every fit is a weighted minimax fit (Lawson's iteration on Chebyshev nodes, references from mpmath
-at 40 digits).  Coefficients are rounded to float32 one after the other, lowest power first, the
-remaining ones being fitted again, so that rounding costs next to nothing.  The error bounds are
-measured over dense grids with the float32 operations the core does, both with separate multiply
-and add ("plain") and with fused multiply-add ("fused").
+at 40 digits). Coefficients are rounded to float32 one by one, the lowest power first. After each
+rounding the remaining coefficients are fitted again, so that rounding adds almost no error. The
+error bounds are measured on dense grids with the float32 operations of the core, both with separate
+multiply and add ("plain") and with fused multiply-add ("fused").
 """
 import math
 import sys
@@ -48,7 +48,7 @@ def lawson(basis, target, weight):
 
 
 def fit(x, target, weight, degree, fixed=()):
-    """Polynomial in x with float32 coefficients; `fixed` gives the lowest ones beforehand."""
+    """Polynomial in x with float32 coefficients. `fixed` gives the lowest ones."""
     powers = x[:, None] ** np.arange(degree + 1)
     c = [float(F(value)) for value in fixed]
     while len(c) <= degree:
@@ -60,7 +60,7 @@ def fit(x, target, weight, degree, fixed=()):
 
 
 def multiply_add(a, b, c, fused):
-    if fused:  # the product of two floats is exact in double; one (harmless) double rounding
+    if fused:  # the product of two floats is exact in double; the sum is rounded twice
         return (a.astype(np.float64) * np.float64(b) + c).astype(F)
     return F(a * b) + c
 
@@ -122,17 +122,17 @@ def acos_of_complement(c):
 
 
 def at_one(p):
-    """What Horner's rule gives at 1."""
+    """Value of the polynomial at 1 by Horner's rule."""
     return horner(p, np.ones(1, dtype=F), False)[0]
 
 
 def with_asin_0(p):
-    """The higher coefficients with the lowest that makes P(1) = pi/2, so that asin(0) = 0."""
+    """Add the lowest coefficient, so that P(1) = pi/2 and asin(0) = 0."""
     return [HALF_PI - at_one([F(0), *p]), *p]
 
 
 def settle_last_bits(p, error):
-    """Coefficients a few last places of the lowest away, drawn 400 times, where the error falls."""
+    """Change coefficients at random by a few last places, 400 times. Keep what lowers the error."""
     random = np.random.default_rng(1)
     best = error(p)
     for _ in range(400):
@@ -143,8 +143,8 @@ def settle_last_bits(p, error):
 
 
 def fit_asin(degree):
-    """P of asin(1 - c) = pi/2 - sqrt(c) P(c) with P(1) = pi/2. The highest power is rounded first;
-    with p[0] = pi/2 - p[1] - ... all that is fitted vanishes at c = 1."""
+    """P of asin(1 - c) = pi/2 - sqrt(c) P(c) with P(1) = pi/2. The highest power is rounded first.
+    With p[0] = pi/2 - p[1] - ... the fitted part is 0 at c = 1."""
     c = nodes(0.0, 1.0)
     half_pi = mpmath.mpf(float(HALF_PI))
     target = reference(lambda v: mpmath.acos(1 - v) / mpmath.sqrt(v) - half_pi, c)
@@ -175,10 +175,10 @@ def fit_exp2(degree):
 
 
 def fit_upper_tail(degree, z_max=14.0):
-    """Q over 0 <= z <= z_max, the best of a range of scales.
+    """Q over 0 <= z <= z_max, with the best of several scales.
 
-    The weight is that of the absolute error of Q near 0, changing into that of its relative
-    error, which may be 50 times larger, in the tail.
+    The weight limits the absolute error of Q near 0. In the tail it changes to a limit on the
+    relative error, which may be 50 times larger.
     """
     def mills(z):
         return mpmath.erfc(z / mpmath.sqrt(2)) / 2 * mpmath.exp(z * z / 2)
@@ -209,7 +209,7 @@ def fit_sin_cos():
 
 
 def split_half_pi():
-    """pi/2 in three floats; the first two have 11 bits, so n times them is exact for n < 8192."""
+    """pi/2 in three floats. The first two have 11 bits: n times each is exact for n < 8192."""
     rest, parts = mpmath.pi / 2, []
     for bits in (11, 11, 24):
         scale = mpmath.mpf(2) ** (bits - 1 - int(mpmath.floor(mpmath.log(rest, 2))))

@@ -1,11 +1,11 @@
 """Write the golden vectors in tests/golden from the double-precision oracle tests/common/oracle.py.
 
     python3 tools/dev/gen_golden.py           write them
-    python3 tools/dev/gen_golden.py --check   compare the files with what would be written; exit 1
-                                              if one differs, is missing or is not known
+    python3 tools/dev/gen_golden.py --check   compare the files with the oracle; exit code 1 if a
+                                              file differs, is missing or is not known
 
-Inputs are multiples of 1/64 wherever single precision would otherwise round them.  Lines from #
-on are comments; the line after them names the columns.
+Inputs are multiples of 1/64 where single precision would otherwise round them. Lines that begin
+with # are comments. The line after them names the columns.
 """
 import argparse
 import dataclasses
@@ -23,8 +23,8 @@ import oracle  # noqa: E402
 GOLDEN = ROOT / "tests" / "golden"
 COMMENT = ("# Written by `python3 tools/dev/gen_golden.py` from tests/common/oracle.py; "
            "do not edit.\n")
-CLEAR_M = 2e-4  # by how much a choice among neighbours must be clear for single precision
-TOLERANCE = 2e-9  # nine digits are written; BLAS may order its sums differently
+CLEAR_M = 2e-4  # least difference of distances for the same choice in single precision
+TOLERANCE = 2e-9  # files have nine digits; BLAS may add in another order
 
 SHAPES = {  # the prior of each kernel in the golden files
     "nn": {"sf2": 0.75, "s0": 2.0, "s1": 0.25},
@@ -34,19 +34,19 @@ SHAPES = {  # the prior of each kernel in the golden files
     "askey": {"sf2": 1.0, "ell_m": 9.0},
 }
 SIGMOID = {"alpha": 2.0, "beta": -0.125, "p_occupied": 0.75, "p_free": 0.25}
-CHOICE = {  # neighbourhoods: few, default, and more than there are (all are taken)
+CHOICE = {  # neighbourhoods: few, default, and more than exist (all are used)
     "nn": {"hits": 8, "free": 8, "sn2": 0.0625, "sn2_free": 0.125},
     "matern12": {"hits": 8, "free": 8, "sn2": 0.015625},
     "matern32": {"hits": 3, "free": 1, "sn2": 0.125},
     "se": {"hits": 1, "free": 7, "sn2": 0.0625, "sn2_free": 0.25},
     "askey": {"hits": 30, "free": 34, "sn2": 0.03125},
 }
-NEUTRAL = {  # what a parameter file leaves out
+NEUTRAL = {  # values that a parameter file leaves out
     "depth_m": 0.0, "scan_points_max": 0, "anisotropy": 0.0, "vote": 0.0, "line": 0.0,
     "log_hit_first": 0.0, "log_hit_last": 0.0, "log_free_first": 0.0, "log_free_last": 0.0,
     "fade_m": 0.0, "sn2_once": 0.0, "fading": 0, "beta_far": 0.0,
 }
-ADDITIONS = {  # each alone; cap leaves fewer than 8 points of either kind, cap_loose 8 hits
+ADDITIONS = {  # one by one; cap leaves fewer than 8 points of each kind, cap_loose 8 hits
     "depth": {"depth_m": 1.5},
     "cap": {"scan_points_max": 2},
     "cap_loose": {"scan_points_max": 4},
@@ -89,7 +89,7 @@ def params_of(kernel, frame="query"):
 
 
 def shape_columns(kernel):
-    """kernel,sf2,s0,s1,ell_m with 0 for what the kernel does not use."""
+    """kernel,sf2,s0,s1,ell_m with 0 for parameters that the kernel does not use."""
     shape = SHAPES[kernel]
     return (kernel, *(shape.get(name, 0.0) for name in ("sf2", "s0", "s1", "ell_m")))
 
@@ -131,7 +131,7 @@ def local_gp_case(rng, kernel, n, centre):
     x = np.array([[grid(c + rng.gauss(0.0, 2.0)) for c in centre] for _ in range(n)]).reshape(n, 2)
     labels = np.array([rng.choice((-1.0, 1.0)) for _ in range(n)])
     noises = np.array([rng.choice((0.0625, 0.125, 1.5)) for _ in range(n)])
-    for i in range(2, n, 5):  # beams of one origin share their closest point
+    for i in range(2, n, 5):  # beams of one origin have the same closest point
         x[i], labels[i] = x[i - 1], labels[i - 1]
     mean, variance = oracle.local_gp(params, x, labels, noises, query)
     points = [value for i in range(n) for value in (*x[i], labels[i], noises[i])]
@@ -157,7 +157,7 @@ def excess_noises():
 
 
 def scan_rows(rng):
-    """Three poses in a yard, with every kind of reading that is not a plain range."""
+    """Three poses in a yard, with every kind of special reading."""
     odd = [math.nan, 0.0, -1.0, math.inf, -math.inf, 30.0, 81.91, 1e30, 0.125, 0.25]
     rows = []
     for i, (x, y, theta) in enumerate(((0.0, 0.0, 0.25), (4.5, 1.25, -2.5), (-3.0, 6.0, 7.0))):
@@ -165,12 +165,12 @@ def scan_rows(rng):
         for j, reading in enumerate(odd):
             ranges[2 * j + i % 2] = reading
         rows.append([0.5 * i, x, y, theta, -1.5, 0.15625, 30.0, *ranges])
-    rows.append([1.5, 1.0, 1.0, 0.0, 0.0, 0.015625, 30.0, math.nan])  # nothing at all
+    rows.append([1.5, 1.0, 1.0, 0.0, 0.0, 0.015625, 30.0, math.nan])  # one reading, NaN
     return rows
 
 
 def query_points(rng, beams_by_params):
-    """Points whose neighbours are the same in single precision: exact ties or clear choices."""
+    """Points with the same neighbours in single precision: exact ties or clear choices."""
     candidates = [(0.0, 0.0), (4.5, 1.25), (1000.0, -2000.0), (0.015625, 0.0)]
     hits = beams_by_params[0][1].hit
     candidates += [(grid(x + rng.uniform(-0.1, 0.1)), grid(y + rng.uniform(-0.1, 0.1)))
@@ -233,7 +233,7 @@ def end_to_end(rng):
 
 
 def golden_files():
-    """All files by name; every one has its own random numbers, so none moves another."""
+    """All files by name. Each has its own random numbers, so that no file changes another."""
     files = {"kernel.csv": kernel_values(random.Random(1)),
              "sigmoid.csv": sigmoid_values(random.Random(2)),
              "local_gp.csv": local_gp_cases(random.Random(3)),
@@ -260,7 +260,7 @@ def first_difference(old, new):
 
 
 def check(files, folder):
-    """Lines that say how the folder differs from what the oracle gives."""
+    """Lines that say how the folder differs from the oracle."""
     present = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
     complaints = [f"{folder / name}: not written by this program" for name in
                   sorted(present - set(files))]

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""House rules that no compiler checks. Each fault is one line `FILE:LINE: what (rule)`.
+"""Check house rules that no compiler checks. Each fault is one line `FILE:LINE: what (rule)`.
 
 usage: tools/dev/lint.py CHECK...
-  format    clang-format finds nothing to change
-  rules     includes one way, lengths, names, calls, blanks
+  format    clang-format must find nothing to change
+  rules     one-way includes, lengths, names, calls, blanks
   tidy      clang-tidy on src and ports (limits and checks in .clang-tidy)
   reformat  let clang-format rewrite the files
 """
@@ -29,8 +29,8 @@ FIRMWARE_FOLDERS = ("src", "ports")
 BRANCH = re.compile(r"\b(?:if|for|while|case|catch)\b|&&|\|\||\?")
 COLUMNS_MAX = 100
 
-# Host code that lives in a port because it belongs to it: no limits on libc there. Of the daemon
-# that is what runs at start, or writes the log; the rest of it has no heap.
+# Host code in the folder of a port. It may use all of libc. In the daemon this is the code that
+# runs at start or writes the log. The rest of the daemon uses no heap.
 HOST_SIDE = {"ports/cortex_m/icount_plugin.c", "ports/template/host_test.c",
              "ports/linux/config/can_config.cpp",
              "ports/linux/config/config.cpp", "ports/linux/gpomd.cpp",
@@ -55,7 +55,7 @@ FOREIGN_PATH = "/wo" + "rk/"
 
 
 def is_text_source(path):
-    """Our own text: code, scripts, build files; not data."""
+    """True for our own text: code, scripts and build files, but not data."""
     if "/golden/" in path or path.endswith((".csv", ".png", ".gz", ".pyc")):
         return False
     return "__pycache__" not in path
@@ -75,7 +75,7 @@ def c_files(*folders):
 
 
 def without_comments(text):
-    """C or C++ text with comments and literals blanked, line numbers kept."""
+    """C or C++ text with blank comments and literals. Line numbers stay."""
     def blank(match):
         token = match.group(0)
         kept = "\n" * token.count("\n")
@@ -88,7 +88,7 @@ def words_of(identifier):
     return re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", identifier).lower().split("_")
 
 
-# --- Rules: each yields (line, message) for one file --------------------------------------------
+# --- Rules: each yields (line, message) for a file - --------------------------------------------
 
 
 def blank_faults(path, lines):
@@ -150,8 +150,8 @@ def name_faults(code_lines):
 
 
 def c_functions(code_lines):
-    """(line, length, branches) of each function. A brace alone on its line opens a function:
-    clang-format keeps it so."""
+    """(line, length, branches) of each function. A brace alone on its line opens a function,
+    because clang-format writes functions in this way."""
     start = None
     for number, line in enumerate(code_lines, 1):
         if start is None and line.strip() == "{":

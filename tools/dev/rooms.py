@@ -1,6 +1,7 @@
 """The rooms of src/, ports/linux/ and tools/: which folder may include which.
 
-A room includes itself and rooms of lower levels; rooms of one level do not know each other.
+A room may include itself and rooms of lower levels. Rooms of the same level may not include each
+other.
 """
 SRC_LEVELS = [["base"], ["lane"], ["gp", "beams"], ["raster"], ["map"], ["insert", "query"],
               ["refresh", "plan", "snapshot"]]
@@ -10,7 +11,7 @@ LEVELS = {"src": SRC_LEVELS, "ports/linux": LINUX_LEVELS, "tools": TOOLS_LEVELS}
 
 
 def room_of(path):
-    """(house, room) of a file; room "" stands above all rooms; None: not in a house."""
+    """(house, room) of a file. Room "" is above all rooms. None: the file is in no house."""
     for house in LEVELS:
         if path.startswith(house + "/"):
             inside = path[len(house) + 1:].split("/")
@@ -19,7 +20,7 @@ def room_of(path):
 
 
 def level_of(house, room):
-    """Number of the room's level; above all for ""; None: the room is not known."""
+    """Number of the room's level. Room "" has the highest. None: the room is not known."""
     levels = LEVELS[house]
     if room == "":
         return len(levels)

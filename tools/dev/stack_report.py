@@ -3,34 +3,35 @@
 
 usage: stack_report.py [--limit BYTES] [--root NAME]... FILE.ci...
 
-Roots are all functions gpom_* unless named. The worst stack of a function is its own frame plus
-the worst of what it calls. Recursion, frames of run-time size, indirect calls and functions
-without a known frame have no such sum: each is a fault (exit code 1), except the few leaf
-functions of the C library and compiler below, which count LEAF_BYTES, the indirect calls in
-INDIRECT, whose possible targets are named, and the callbacks in CALLBACKS, which do not count.
+Roots are all functions gpom_* unless --root names them. The worst stack of a function is its own
+frame plus the worst stack of the functions that it calls. Recursion, frames of run-time size,
+indirect calls and functions without a known frame make this sum impossible. Each of them is a fault
+(exit code 1), with three exceptions: the leaf functions of the C library and the compiler in LEAVES
+count LEAF_BYTES, the indirect calls in INDIRECT have named targets, and the callbacks in CALLBACKS
+do not count.
 """
 import argparse
 import re
 import sys
 
-# newlib and libgcc for Armv7E-M: their largest frame is 40 bytes; sqrtf and fmaf are one
-# instruction there, named only where the compiler keeps the call for errno.
+# Leaf functions of newlib and libgcc for Armv7E-M. Their largest frame is 40 bytes. sqrtf and fmaf
+# are one instruction there, and appear only where the compiler keeps the call because of errno.
 LEAF_BYTES = 64
 LEAVES = re.compile(r"mem(cpy|move|set|cmp)|sqrtf?|fmaf|__aeabi_\w+")
 
-# Calls through constant tables: patterns of the function that calls and of those it can reach.
+# Calls through constant tables: pattern of the calling function and of its possible targets.
 INDIRECT = {
     r"^gpom_params_check$": r"\d+problem_of_\w+",
     r"^gpom_query_points$": r"\d+answer_pointsE",
     r"^gpom_query_raster$": r"\d+answer_rasterE",
     r"^gpom_scratch_bytes$|\d+check_scratchE": r"\d+scratch_bytes_forE",
     r"\d+answer_(points|raster)E": r"\d+answer_packetI",
-    # The hooks of gpom_port_t.
+    # Hooks of gpom_port_t.
     r"^gpom_device_\w+$|^ports/uart/\w+\.c:":
         r"^ports/(cortex_m|template)/\w+\.c:(now_us|bytes_read|bytes_write|watchdog_feed|"
         r"line_overruns|watchdog_resets)$",
 }
-# Functions that call back the caller of the library, whose stack is not the library's to know.
+# Functions that call a callback of the library's user. The stack of the callback is not known here.
 CALLBACKS = re.compile(r"^gpom_snapshot_write_step$|\d+read_blockER15gpom_snapshot_t")
 INDIRECT_NODE = "__indirect_call"
 
@@ -52,7 +53,7 @@ class CallGraph:
     def _add(self, line):
         if match := NODE.match(line):
             if frame := FRAME.search(match.group(2)):
-                # An inline function can stand in several objects: keep its largest frame.
+                # An inline function can be in several objects: keep its largest frame.
                 new = (int(frame.group(1)), frame.group(2))
                 self.frames[match.group(1)] = max(new, self.frames.get(match.group(1), new))
         elif match := EDGE.match(line):

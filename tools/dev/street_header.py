@@ -3,8 +3,8 @@
 
 usage: tools/dev/street_header.py SCANS.csv POINTS.csv OUT.h
 
-The image has no file system; the same two files, given to gpom-query with the preset street.toml,
-give the answers to compare.
+The image has no file system. gpom-query with the same two files and the preset street.toml gives
+the answers to compare.
 """
 import os
 import sys
@@ -20,7 +20,7 @@ def c_float(text):
 
 
 def c_range(text, range_max_m):
-    """A reading that counts alike without <math.h>: no return is the maximum, no reading 0."""
+    """A reading written without <math.h>: no return is the maximum, a missing reading is 0."""
     value = float(text)
     return c_float(0.0 if value != value else min(value, range_max_m))
 

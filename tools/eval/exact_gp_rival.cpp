@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <string>
 
-extern char **environ; // NOLINT: POSIX declares it nowhere
+extern char **environ; // NOLINT: no header of POSIX declares it
 
 namespace gpom_tools
 {
@@ -21,7 +21,7 @@ namespace
 
 namespace fs = std::filesystem;
 
-/// A folder of its own that goes with its owner.
+/// A temporary folder that is removed with this object.
 class TemporaryFolder {
 public:
     TemporaryFolder()
@@ -47,7 +47,7 @@ private:
     fs::path path_;
 };
 
-/// Exit code of a program, which inherits all but its arguments; -1 if it ended by a signal.
+/// Run a program with our environment and return its exit code. -1: a signal ended it.
 int run_program(std::vector<std::string> words)
 {
     std::vector<char *> arguments;

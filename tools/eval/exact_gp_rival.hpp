@@ -1,4 +1,4 @@
-// scikit-learn's exact Gaussian process regression, asked in a process of its own.
+// Runs scikit-learn's exact Gaussian process regression in a separate process.
 #ifndef GPOM_TOOLS_EVAL_EXACT_GP_RIVAL_HPP
 #define GPOM_TOOLS_EVAL_EXACT_GP_RIVAL_HPP
 
@@ -10,12 +10,12 @@
 namespace gpom_tools
 {
 
-/// Exit code of exact-gp where scikit-learn is not installed.
+/// Exit code of exact-gp if scikit-learn is not installed.
 constexpr int kExactGpMissing = 3;
 
-/// Runs `exact-gp BEAMS.csv POINTS.csv OUT.csv`, which is expected beside the running program.
-/// None if scikit-learn, or the script itself, is not installed. Throws std::runtime_error if it
-/// fails otherwise.
+/// Run `exact-gp BEAMS.csv POINTS.csv OUT.csv`. The script must be in the folder of the running
+/// program. Empty: scikit-learn or the script is not installed. Throws std::runtime_error on other
+/// failures.
 std::optional<std::vector<double>> exact_gp_probabilities(const std::vector<GridBeam> &beams,
                                                           const std::vector<gpom_point_t> &points);
 

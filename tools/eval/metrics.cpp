@@ -9,7 +9,7 @@ namespace gpom_tools
 namespace
 {
 
-/// All ROC points by falling threshold. Points of equal probability are passed together: no
+/// All ROC points by falling threshold. Points of equal probability make one step, because no
 /// threshold lies between them.
 std::vector<RocPoint> full_roc(std::vector<Prediction> &predictions)
 {
@@ -32,7 +32,8 @@ std::vector<RocPoint> full_roc(std::vector<Prediction> &predictions)
     return counts;
 }
 
-/// Trapezoids over ties count half: the rank statistic with averaged ranks.
+/// Area by trapezoids. A tie counts half, so that the area is the rank statistic with averaged
+/// ranks.
 double area_under(const std::vector<RocPoint> &roc)
 {
     double area = 0.0;
@@ -46,14 +47,14 @@ double area_under(const std::vector<RocPoint> &roc)
 double false_positive_rate_at(const std::vector<RocPoint> &roc, double true_positive_rate)
 {
     for (const RocPoint &point : roc) {
-        if (point.true_positive_rate >= true_positive_rate - 1e-12) { // k / n may round below
+        if (point.true_positive_rate >= true_positive_rate - 1e-12) { // k / n may be rounded down
             return point.false_positive_rate;
         }
     }
     return 1.0;
 }
 
-/// At most kRocPointsMax points, evenly along the curve as measured by the sum of both rates.
+/// At most kRocPointsMax points, evenly spaced along the curve by the sum of both rates.
 std::vector<RocPoint> thinned(const std::vector<RocPoint> &roc)
 {
     if (roc.size() <= kRocPointsMax) {

@@ -1,4 +1,4 @@
-// How good probabilities of occupancy are: ranking (ROC) and calibration.
+// Measures the quality of probabilities of occupancy: ranking (ROC) and calibration.
 #ifndef GPOM_TOOLS_EVAL_METRICS_HPP
 #define GPOM_TOOLS_EVAL_METRICS_HPP
 
@@ -10,23 +10,25 @@ namespace gpom_tools
 
 /// Probabilities are clipped to [kNllClip, 1 - kNllClip] for the negative log likelihood.
 constexpr double kNllClip = 0.001;
-constexpr double kTruePositiveRate = 0.95; ///< At which the paper's Table I reads the ROC.
+constexpr double kTruePositiveRate = 0.95; ///< The true-positive rate at which the paper's Table I
+                                           ///< reads the ROC.
 constexpr std::size_t kReliabilityBins = 10;
 constexpr std::size_t kRocPointsMax = 500;
 
-/// A predicted probability of occupancy and what is there.
+/// A predicted probability of occupancy, and the true occupancy.
 struct Prediction {
     double probability;
     bool occupied;
 };
 
-/// Share of the free and of the occupied points whose probability reaches a threshold.
+/// Shares of the free points and of the occupied points whose probability reaches a threshold.
 struct RocPoint {
     double false_positive_rate;
     double true_positive_rate;
 };
 
-/// Points with probabilities in [low, high), the last bin with 1 too; means are 0 if it is empty.
+/// Points with probabilities in [low, high); the last bin includes 1. The means of an empty bin are
+/// 0.
 struct ReliabilityBin {
     double low;
     double high;
@@ -38,15 +40,17 @@ struct ReliabilityBin {
 struct Metrics {
     std::size_t n_points;
     double share_occupied;
-    double auc;                 ///< Area under the ROC: P(occupied scores over free), ties 1/2.
-    double false_positive_rate; ///< At the largest threshold with rate kTruePositiveRate or more.
+    double auc;                 ///< Area under the ROC: P(an occupied point has a higher score than
+                                ///< a free one), ties count 1/2.
+    double false_positive_rate; ///< At the largest threshold whose true-positive rate is at least
+                                ///< kTruePositiveRate.
     double nll;                 ///< Mean negative log likelihood [nat].
     double calibration_error;   ///< Expected calibration error over kReliabilityBins bins.
-    std::vector<RocPoint> roc;  ///< From (0, 0) to (1, 1), at most kRocPointsMax.
+    std::vector<RocPoint> roc;  ///< From (0, 0) to (1, 1), at most kRocPointsMax points.
     std::vector<ReliabilityBin> reliability;
 };
 
-/// What needs no points of both kinds.
+/// The measures that need only points of one kind.
 struct Calibration {
     std::size_t n_points;
     double share_occupied;
@@ -54,10 +58,11 @@ struct Calibration {
     double calibration_error;
 };
 
-/// Throws std::runtime_error if there are no free or no occupied points: rates need both.
+/// Throws std::runtime_error without free points or without occupied points, because rates need
+/// both.
 Metrics measure(std::vector<Prediction> predictions);
 
-/// Of one point or more.
+/// Needs at least one point.
 Calibration measure_calibration(const std::vector<Prediction> &predictions);
 
 } // namespace gpom_tools

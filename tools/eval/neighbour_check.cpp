@@ -19,7 +19,8 @@ namespace
 
 using Places = Eigen::Matrix2Xd;
 
-/// Eq. 4 and Rasmussen & Williams (2006), eqs. 4.9, 4.14, 4.17; Askey as in gpom/params.h.
+/// Covariance by eq. 4 and Rasmussen & Williams (2006), eqs. 4.9, 4.14, 4.17. Askey as in
+/// gpom/params.h.
 double covariance(const gpom_params_t &p, const Eigen::Vector2d &a, const Eigen::Vector2d &b)
 {
     const double sf2 = double{p.sf2}, s = (a - b).norm() / double{p.ell_m};
@@ -42,7 +43,7 @@ double covariance(const gpom_params_t &p, const Eigen::Vector2d &a, const Eigen:
     }
 }
 
-/// The training set of one query: places relative to it or to the map's origin, labels, noises.
+/// Training set of one query: places relative to the query or to the map's origin, labels, noises.
 struct DenseSet {
     Places places;
     Eigen::VectorXd labels, noises;
@@ -87,7 +88,7 @@ DenseMoments solve(const gpom_params_t &p, const DenseSet &set)
     Eigen::MatrixXd k(n, n);
     Eigen::VectorXd k_star(n);
     for (Eigen::Index j = 0; j < n; ++j) {
-        for (Eigen::Index i = j; i < n; ++i) { // the factor reads the lower triangle alone
+        for (Eigen::Index i = j; i < n; ++i) { // the factorisation reads only the lower triangle
             k(i, j) = covariance(p, set.places.col(i), set.places.col(j));
         }
         k(j, j) += set.noises[j];
@@ -99,7 +100,7 @@ DenseMoments solve(const gpom_params_t &p, const DenseSet &set)
             std::max(prior - k_star.dot(factor.solve(k_star)), 0.0)};
 }
 
-/// Eq. 7 with its square root.
+/// Eq. 7, with its square root.
 double squash(const gpom_params_t &p, const DenseMoments &moments)
 {
     const double alpha = double{p.alpha};

@@ -1,4 +1,4 @@
-// Do the nearest few beams suffice? The paper's claim, section III.D, measured.
+// Checks the paper's claim of section III.D: the nearest few beams are enough.
 #ifndef GPOM_TOOLS_EVAL_NEIGHBOUR_CHECK_HPP
 #define GPOM_TOOLS_EVAL_NEIGHBOUR_CHECK_HPP
 
@@ -19,27 +19,27 @@ struct DenseMoments {
     double variance;
 };
 
-/// The model of the paper alone: kernel, noises, sigmoid and gap are kept, every later addition
-/// gets its neutral value.
+/// Only the model of the paper: kernel, noises, sigmoid and gap are kept, all later parameters get
+/// their neutral value.
 gpom_params_t plain_params(const gpom_params_t &params);
 
-/// Every beam takes part in every query: all hits and, eq. 10, each free segment's nearest point;
-/// in double precision by a dense Cholesky factor of its own for each point, on all cores.
+/// Moments with every beam in every query: all hits and, by eq. 10, the nearest point of each free
+/// segment. Uses double precision, one dense Cholesky factorisation for each point, and all cores.
 std::vector<DenseMoments> dense_moments(const gpom_params_t &params,
                                         const std::vector<gpom_beam_t> &beams,
                                         const std::vector<gpom_point_t> &points,
                                         gpom_point_t origin);
 
 struct NeighbourRow {
-    unsigned n_each; ///< Hits, and as many free segments; 0: all.
+    unsigned n_each; ///< Number of hits and of free segments. 0: all.
     MethodResult method;
-    double mean_error_max; ///< Largest difference of latent means from the dense one.
+    double mean_error_max; ///< Largest difference of latent means from the dense solution.
 };
 
-/// Throws in one line if the library does not take one of the numbers of neighbours.
+/// Throws with a text of one line if the library refuses one of the numbers of neighbours.
 void require_neighbours(const EvalOptions &options, const gpom_params_t &params);
 
-/// The library with each number of neighbours against the dense solution, at the first
+/// Compare the library with each number of neighbours to the dense solution, at the first
 /// n_dense_points test points near a beam.
 std::vector<NeighbourRow> check_neighbours(const EvalOptions &options, const Trial &trial,
                                            const gpom_params_t &params);

@@ -14,7 +14,8 @@ namespace
 
 double log_odds_of(double probability) { return std::log(probability / (1.0 - probability)); }
 
-/// A segment's coordinate along one axis in cells, and its walk over the cells of that axis.
+/// Coordinate of a segment along one axis in cells, and the steps from cell to cell along this
+/// axis.
 struct AxisWalk {
     double start;
     double delta;
@@ -22,9 +23,9 @@ struct AxisWalk {
     std::int64_t cell = 0;
     std::int64_t last = 0;
     std::int64_t step = 0;
-    double t_next = 0.0; ///< Share of the segment at which the next cell begins.
+    double t_next = 0.0; ///< Position on the segment, 0 to 1, at which the next cell begins.
 
-    /// Cut [t_in, t_out] to where the coordinate is inside [0, n]. False if nothing is left.
+    /// Cut [t_in, t_out] to the part where the coordinate is inside [0, n]. False: nothing is left.
     bool clip(double &t_in, double &t_out) const
     {
         const double n = static_cast<double>(n_cells);
@@ -52,7 +53,7 @@ struct AxisWalk {
         find_next();
     }
 
-    /// Border by border from the cell's number: no error adds up along the walk.
+    /// Compute the border from the cell's number, so that rounding errors do not add up.
     void find_next()
     {
         const double border = static_cast<double>(step > 0 ? cell + 1 : cell);
@@ -70,7 +71,7 @@ struct Span {
     double low_m, high_m;
 };
 
-/// Where a row of the raster lies in a convex area; empty if it passes outside.
+/// The part of a row of the raster inside a convex area. Empty if the row is outside.
 Span span_at(const std::array<gpom_point_t, 4> &corners, double y_m)
 {
     Span span{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
@@ -86,12 +87,13 @@ Span span_at(const std::array<gpom_point_t, 4> &corners, double y_m)
 
 } // namespace
 
-/// A widened beam.
+/// A widened beam as a cone.
 struct BeamCone {
     const GridBeam &beam;
     double dir_x, dir_y;
-    double half_tangent; ///< Half its width a metre of way.
-    double reach_m; ///< To the middle of its farthest cell: half a cell diagonal past a return.
+    double half_tangent; ///< Half of the cone's width per metre of its length.
+    double reach_m; ///< Distance of the middle of the farthest cell: half a cell diagonal beyond a
+                    ///< return.
 };
 
 namespace
@@ -104,8 +106,9 @@ BeamCone cone_of(const GridBeam &beam, double cell_m)
             beam.range_m + (beam.hit ? std::sqrt(0.5) * cell_m : 0.0)};
 }
 
-/// A convex area over the middles of all its cells: the greater of half a cell and the cone's half
-/// width is never over the straight line between both ends' values.
+/// A convex area that contains the middles of all cells of the cone. The half width used is the
+/// greater of half a cell and the cone's half width. It is convex along the beam, so it never
+/// exceeds the straight line between its values at both ends.
 std::array<gpom_point_t, 4> corners_of(const BeamCone &cone, double cell_m)
 {
     const double half_m = 0.5 * cell_m;
@@ -122,14 +125,14 @@ std::array<gpom_point_t, 4> corners_of(const BeamCone &cone, double cell_m)
 
 std::vector<GridBeam> beams_of(const std::vector<Scan> &scans, double half_width_rad)
 {
-    constexpr double kHalfWidthMax = 1.4; // the cone's cover grows without bound towards pi / 2
+    constexpr double kHalfWidthMax = 1.4; // the area of the cone grows without bound towards pi / 2
     std::vector<GridBeam> beams;
     for (const Scan &scan : scans) {
         const double half_rad =
             half_width_rad < 0.0 ? 0.5 * std::abs(scan.angle_step_rad) : half_width_rad;
         for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
             const double range_m = double{scan.ranges_m[i]};
-            if (!(range_m > 0.0)) { // NaN too
+            if (!(range_m > 0.0)) { // refuses NaN, too
                 continue;
             }
             const double bearing_rad =
@@ -193,7 +196,7 @@ std::size_t OccupancyGrid::index(GridCell cell) const
 GridCell OccupancyGrid::cell_at(gpom_point_t point) const
 {
     const auto number = [&](double offset_m) -> std::int64_t {
-        constexpr double kFar = 1e15; // beyond, a double is no integer's worth
+        constexpr double kFar = 1e15; // beyond this, a double does not hold each whole number
         const double cell = std::floor(offset_m / raster_.cell_m);
         return std::isnan(cell) ? -1 : static_cast<std::int64_t>(std::clamp(cell, -kFar, kFar));
     };
@@ -233,7 +236,8 @@ void OccupancyGrid::add_wide(GridCell cell, const BeamCone &cone)
         return;
     }
     const double half_width_m = std::max(0.5 * cell_m, std::max(along_m, 0.0) * cone.half_tangent);
-    const double share = across_m / half_width_m; // near the axis as good as the angles' ratio
+    // Near the axis about equal to the ratio of the angles.
+    const double share = across_m / half_width_m;
     if (share < 1.0) {
         const bool at_arc = beam.hit && distance_m >= 2.0 * beam.range_m - cone.reach_m;
         add(cell, (1.0 - share * share) * (at_arc ? log_odds_hit_ : log_odds_miss_));

@@ -1,4 +1,4 @@
-// The classical rival: an occupancy grid in log odds, with thin or with widened beams.
+// The classical rival: an occupancy grid in log odds, with thin or widened beams.
 #ifndef GPOM_TOOLS_EVAL_OCCUPANCY_GRID_HPP
 #define GPOM_TOOLS_EVAL_OCCUPANCY_GRID_HPP
 
@@ -16,26 +16,26 @@ namespace gpom_tools
 /// Inverse sensor model; Thrun, Burgard, Fox (2005), Probabilistic Robotics, chapter 9.
 /// Defaults are OctoMap's (Hornung et al., 2013).
 struct GridModel {
-    double p_hit = 0.7;  ///< Occupancy of a cell, given one beam's return from it.
-    double p_miss = 0.4; ///< Occupancy of a cell, given one beam through it.
+    double p_hit = 0.7;  ///< Occupancy of a cell after one return from it.
+    double p_miss = 0.4; ///< Occupancy of a cell after one beam through it.
     double p_min = 0.12; ///< Clamps.
     double p_max = 0.97;
 };
 
-/// One beam in the map frame, free from its origin to the range.
+/// One beam in the map frame. It is free from its origin to the range.
 struct GridBeam {
     double x_m;
     double y_m;
     double bearing_rad;
     double range_m;
-    bool hit;              ///< A return at the range.
-    double half_width_rad; ///< For widened beams; under pi / 2.
+    bool hit;              ///< There is a return at the range.
+    double half_width_rad; ///< For widened beams. Under pi / 2.
 };
 
-/// Half the angle between neighbouring beams of a scan, instead of one width for all.
+/// Value for half_width_rad: use half the angle between neighbouring beams of a scan.
 constexpr double kHalfSpacing = -1.0;
 
-/// The beams of scans that can be used: with a return, or free up to the maximum range.
+/// The usable beams of scans: those with a return, and those that are free up to the maximum range.
 std::vector<GridBeam> beams_of(const std::vector<Scan> &scans, double half_width_rad);
 
 gpom_point_t end_of(const GridBeam &beam);
@@ -46,8 +46,8 @@ struct GridCell {
     bool operator==(const GridCell &other) const { return ix == other.ix && iy == other.iy; }
 };
 
-/// Visit in order the cells a segment passes; Amanatides and Woo (1987). Only the part inside the
-/// raster; cells next to each other share a side.
+/// Visit the cells of a segment in order; Amanatides and Woo (1987). Only the part inside the
+/// raster is visited. Consecutive cells share a side.
 void traverse(const gpom_raster_t &raster, gpom_point_t from, gpom_point_t to,
               const std::function<void(GridCell)> &visit);
 
@@ -55,18 +55,18 @@ struct BeamCone;
 
 class OccupancyGrid {
 public:
-    /// Throws std::runtime_error if the raster has over kCellsMax cells.
+    /// Throws std::runtime_error if the raster has more than kCellsMax cells.
     OccupancyGrid(const gpom_raster_t &raster, const GridModel &model);
 
-    /// Cells passed become freer, the cell of the return more occupied.
+    /// Make the cells that the beam passes freer, and the cell of the return more occupied.
     void insert_thin(const GridBeam &beam);
 
-    /// The beam is a cone. Cells nearer than the return become freer, those within half a cell
-    /// diagonal of its arc more occupied; the evidence falls with the angle from the axis,
-    /// 1 - (angle / half width)^2. Never narrower than a cell.
+    /// Insert the beam as a cone. Cells nearer than the return become freer. Cells within half a
+    /// cell diagonal of the return's arc become more occupied. The evidence decreases with the
+    /// angle from the axis, 1 - (angle / half width)^2. The cone is at least one cell wide.
     void insert_wide(const GridBeam &beam);
 
-    /// Probability of occupancy; 0.5 where nothing is known or outside the raster.
+    /// Probability of occupancy. 0.5 for unknown cells and outside the raster.
     double probability(gpom_point_t point) const;
 
     const gpom_raster_t &raster() const { return raster_; }
@@ -88,7 +88,7 @@ private:
     std::vector<float> log_odds_;
 };
 
-/// Smallest raster of square cells over both corners and a margin.
+/// Smallest raster of square cells that covers both corners and a margin.
 gpom_raster_t raster_over(gpom_point_t low, gpom_point_t high, double cell_m, double margin_m);
 
 } // namespace gpom_tools

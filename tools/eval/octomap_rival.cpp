@@ -9,7 +9,7 @@ namespace gpom_tools
 namespace
 {
 
-/// Beams without return end this far beyond the usable range, where OctoMap cuts them [m].
+/// Beams without return end this far beyond the usable range [m]. OctoMap cuts them there.
 constexpr double kBeyondRange = 1.0;
 
 octomap::point3d planar(double x_m, double y_m)

@@ -1,4 +1,4 @@
-// OctoMap (Hornung et al., 2013) as shipped, kept to the plane.
+// The rival OctoMap (Hornung et al., 2013) without changes, used in the plane.
 #ifndef GPOM_TOOLS_EVAL_OCTOMAP_RIVAL_HPP
 #define GPOM_TOOLS_EVAL_OCTOMAP_RIVAL_HPP
 
@@ -16,18 +16,20 @@ class OcTree;
 namespace gpom_tools
 {
 
-/// A tree of cubes of which only the layer at z = 0 is filled, with OctoMap's own sensor model.
+/// An octree of which only the layer at z = 0 is filled, with OctoMap's own sensor model.
 class OctomapRival {
 public:
-    /// Single precision is relative to `origin`: put it in the middle, at whole metres.
+    /// OctoMap's coordinates have single precision and are relative to `origin`. Choose the middle
+    /// of the area, rounded to metres.
     OctomapRival(double cell_m, gpom_point_t origin);
     ~OctomapRival();
 
-    /// One scan at a time: OctoMap lets each change a cell once, returns before passing beams.
+    /// Insert one scan at a time. OctoMap changes each cell once per scan, and a return has
+    /// priority over passing beams.
     void insert(const Scan &scan);
     void insert(const std::vector<Scan> &scans);
 
-    /// Of the leaf at the point; 0.5 where there is none.
+    /// Probability of the leaf at the point. 0.5: there is no leaf.
     double probability(gpom_point_t point) const;
 
 private:

@@ -11,13 +11,14 @@ namespace gpom_tools
 namespace
 {
 
-/// Profiles draw from another stream than what else has their seed.
+/// Profiles use a random stream of their own, so that other users of the seed are not affected.
 constexpr std::uint64_t kProfileSeed = 3000;
 
-/// A grid's probability of one return, 0.7 for OctoMap, comes back from single-precision log odds.
+/// A grid stores log odds in single precision, so its probability after one return, 0.7 for
+/// OctoMap, is not exact.
 constexpr double kRounding = 1e-6;
 
-constexpr double kDistanceRounding = 1e-9; ///< Of offsets [m].
+constexpr double kDistanceRounding = 1e-9; ///< Rounding error of offsets [m].
 
 std::optional<double> crossing_of(const std::vector<ProfileRow> &rows)
 {
@@ -38,7 +39,7 @@ bool is_inside(const Truth &truth, gpom_point_t at)
     return u >= 0.0 && v >= 0.0 && u < truth.nx && v < truth.ny;
 }
 
-/// The places of one surface, by their distance.
+/// Add the places of one surface, in order of distance.
 void add_across(const SurfacePlace &surface, const Truth &truth, std::vector<ProfilePlace> &places)
 {
     for (std::size_t i = 0; i < kProfileOffsets.size(); ++i) {

@@ -14,7 +14,8 @@ namespace gpom_tools
 namespace
 {
 
-/// Spurious returns draw from another stream than what else has their seed.
+/// Spurious returns use a random stream of their own, so that other users of the seed are not
+/// affected.
 constexpr std::uint64_t kSpuriousSeed = 1000;
 
 struct Reading {
@@ -22,7 +23,7 @@ struct Reading {
     std::size_t i_beam;
 };
 
-/// A test point `distance_m` along a beam with a return.
+/// A test point at `distance_m` along a beam with a return.
 TestPoint point_along(const Scan &scan, std::size_t i_beam, double distance_m, bool occupied)
 {
     const double bearing_rad =
@@ -52,7 +53,7 @@ std::vector<TestPoint> held_out_points(const std::vector<Scan> &scans,
 
 enum class Part { kTrains, kJudges, kIgnored };
 
-/// `choose(i_scan)` says what becomes of each usable return, in the order of the log.
+/// `choose(i_scan)` decides for each usable return, in the order of the log, which part it goes to.
 template <class Choose>
 LogSplit split_by(const std::vector<Scan> &scans, ProtocolRandom &random, const Choose &choose)
 {
@@ -116,7 +117,7 @@ double free_distance(double range_m, bool in_band, double share)
 std::vector<Scan> read_log(const std::string &path, const ReadOptions &options)
 {
     std::vector<Scan> scans = read_scans(path, options);
-    for (Scan &scan : scans) { // scans of a CSV file know their own
+    for (Scan &scan : scans) { // scans of a CSV file carry their own
         scan.range_max_m = std::min(scan.range_max_m, options.range_max_m);
     }
     return scans;

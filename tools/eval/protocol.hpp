@@ -1,4 +1,4 @@
-// Which readings make the map and which points judge it.
+// Chooses the readings that make the map and the points that judge it.
 #ifndef GPOM_TOOLS_EVAL_PROTOCOL_HPP
 #define GPOM_TOOLS_EVAL_PROTOCOL_HPP
 
@@ -16,18 +16,22 @@
 namespace gpom_tools
 {
 
-constexpr std::size_t kLogScansMax = 600;       ///< As many as the paper's outdoor set has.
-constexpr std::size_t kLogPointsOfAKind = 3000; ///< Occupied ones, and as many free ones.
-constexpr std::size_t kRunScans = 40;           ///< Held-out runs: consecutive scans in each,
-constexpr std::size_t kRunsHeldOut = 2;         ///< and their number.
-constexpr double kTrainingShareMax = 0.9;       ///< Someone has to judge.
-constexpr double kLogRangeMin = 0.05;           ///< Shorter returns are the housing [m].
-constexpr double kBeyondReturn = 0.05;          ///< Occupied test points [m].
-constexpr double kShortOfReturn = 0.05;         ///< Free test points end here [m].
-constexpr double kBand = 0.5;                   ///< The band: this near to the return [m].
-constexpr double kNearBeam = 5.0;               ///< "Near" a beam [m].
+constexpr std::size_t kLogScansMax = 600;       ///< Number of scans of the paper's outdoor set.
+constexpr std::size_t kLogPointsOfAKind = 3000; ///< Number of occupied test points, and of free
+                                                ///< ones.
+constexpr std::size_t kRunScans = 40;           ///< Number of consecutive scans in a held-out run.
+constexpr std::size_t kRunsHeldOut = 2;         ///< Number of held-out runs.
+constexpr double kTrainingShareMax = 0.9;       ///< The other returns are needed to judge the map.
+constexpr double kLogRangeMin = 0.05;           ///< Shorter returns come from the sensor's housing
+                                                ///< [m].
+constexpr double kBeyondReturn = 0.05;          ///< Occupied test points lie this far behind a
+                                                ///< return [m].
+constexpr double kShortOfReturn = 0.05;         ///< Free test points lie at least this far before a
+                                                ///< return [m].
+constexpr double kBand = 0.5;                   ///< The band: places this near to the return [m].
+constexpr double kNearBeam = 5.0;               ///< Distance that counts as near a beam [m].
 
-/// Uniform numbers from the raw bits of mt19937_64: the same with any standard library.
+/// Uniform numbers from the raw bits of mt19937_64. They are the same with any standard library.
 class ProtocolRandom {
 public:
     explicit ProtocolRandom(std::uint64_t seed) : bits_(seed) {}
@@ -41,7 +45,7 @@ private:
     std::mt19937_64 bits_;
 };
 
-/// Put n of the items, chosen at random without repetition, at the front; n <= their count.
+/// Move n random items, without repetition, to the front. n must be at most the number of items.
 template <class Item>
 void choose_first(std::vector<Item> &items, std::size_t n, ProtocolRandom &random)
 {
@@ -53,48 +57,51 @@ void choose_first(std::vector<Item> &items, std::size_t n, ProtocolRandom &rando
 struct TestPoint {
     gpom_point_t at;
     bool occupied;
-    bool in_band = false; ///< Within kBand of its beam's return, or of a street's true surface.
+    bool in_band = false; ///< Within kBand of the return of its beam, or of a street's true
+                          ///< surface.
 };
 
 std::vector<gpom_point_t> places_of(const std::vector<TestPoint> &points);
 
-/// Where on a beam with a return a free point lies [m], `share` of the way from 0 to 1: of all that
-/// lies kShortOfReturn or more before the return, or of what is in the band alone.
+/// Distance of a free point on a beam with a return [m]. `share`, 0 to 1, is its position on the
+/// allowed part of the beam. The allowed part ends kShortOfReturn before the return. With in_band
+/// it is only the part in the band.
 double free_distance(double range_m, bool in_band, double share);
 
-/// All scans of a log; the usable range of none is longer than options.range_max_m. Throws
-/// FileError.
+/// Read all scans of a log. Usable ranges are cut to options.range_max_m. Throws FileError.
 std::vector<Scan> read_log(const std::string &path, const ReadOptions &options);
 
-/// At most n scans, evenly taken, the first and the last among them.
+/// At most n scans at even intervals, with the first and the last scan.
 std::vector<Scan> evenly_taken(std::vector<Scan> scans, std::size_t n);
 
 struct LogSplit {
     std::vector<Scan> training; ///< NaN for every beam that the map does not get.
-    std::vector<Scan> others;   ///< NaN for every beam but the returns that may become test points.
+    std::vector<Scan> others;   ///< NaN for every beam except the returns that may become test
+                                ///< points.
     std::vector<TestPoint> points;
 };
 
-/// Held-out beams: each return is for training with the probability `fraction`. Half of the test
-/// points are occupied and lie kBeyondReturn behind one of the other returns. Half are free and lie
-/// before another one: every second anywhere on its beam, the others in the band, all of them
-/// kShortOfReturn or more before the return. Throws std::runtime_error if either part is empty.
+/// Split by held-out beams. Each return is for training with the probability `fraction`. Half of
+/// the test points are occupied and lie kBeyondReturn behind a held-out return. The other half are
+/// free and lie on a beam before a held-out return: every second one anywhere on the beam, the
+/// others in the band, all at least kShortOfReturn before the return. Throws std::runtime_error if
+/// either part is empty.
 LogSplit split_log(const std::vector<Scan> &scans, double fraction, std::uint64_t seed);
 
-/// Held-out runs: kRunsHeldOut runs of kRunScans consecutive scans, of those that start at
-/// multiples of kRunScans, give the test points, by the same rules; returns of all other scans are
-/// for training with the probability `fraction`. Throws std::runtime_error if there are fewer than
-/// twice as many whole runs or either part is empty.
+/// Split by held-out runs. kRunsHeldOut runs of kRunScans consecutive scans give the test points,
+/// by the rules of split_log(). Runs start at multiples of kRunScans. Returns of all other scans
+/// are for training with the probability `fraction`. Throws std::runtime_error if there are fewer
+/// than twice as many whole runs or if either part is empty.
 LogSplit split_log_runs(const std::vector<Scan> &scans, double fraction, std::uint64_t seed);
 
-/// Centres of n random cells, each cell as likely as any other.
+/// Centres of n random cells. All cells have the same probability.
 std::vector<TestPoint> street_points(const Truth &truth, std::size_t n, std::uint64_t seed);
 
-/// Returns that are too short, as from dust, rain or another laser: with this probability a return
-/// is replaced by a range that is uniform between 0 and the true one.
+/// Add returns that are too short, as dust, rain or another laser causes them. With the probability
+/// `share` a return is replaced by a range that is uniform between 0 and the true range.
 void add_spurious(std::vector<Scan> &scans, double share, std::uint64_t seed);
 
-/// Whether a point is within distance_m of any beam, from its origin to its end.
+/// True if a point is within distance_m of any beam, from its origin to its end.
 bool is_near(gpom_point_t point, const std::vector<GridBeam> &beams, double distance_m);
 
 } // namespace gpom_tools

@@ -10,7 +10,7 @@ namespace gpom_tools
 namespace
 {
 
-/// Table I of the paper: a simulated street of the same recipe, but not one of ours.
+/// Table I of the paper. Its simulated street has the same recipe as ours, but is another street.
 struct PaperResult {
     const char *label;
     double auc;
@@ -37,7 +37,8 @@ void append_band(std::string &text, const std::optional<Calibration> &band)
     }
 }
 
-/// One line of the profile's table: a figure of each row, `-` for an offset without places.
+/// Append one line of the profile's table: one figure for each row, `-` for an offset without
+/// places.
 template <class Figure>
 void append_profile(std::string &text, const Profile &profile, const char *format,
                     const Figure &figure)
@@ -56,7 +57,7 @@ void append_profile(std::string &text, const Profile &profile, const char *forma
 void append_probability(std::string &text, double probability)
 {
     text += ',';
-    append_number(text, probability); // all digits: they decide the ranking
+    append_number(text, probability); // all digits, because they decide the ranking
 }
 
 nlohmann::ordered_json json_of(const Metrics &metrics)

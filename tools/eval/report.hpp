@@ -1,4 +1,4 @@
-// What gpom-eval says: a table for people, JSON and CSV for programs.
+// Output of gpom-eval: a table for people, JSON and CSV for programs.
 #ifndef GPOM_TOOLS_EVAL_REPORT_HPP
 #define GPOM_TOOLS_EVAL_REPORT_HPP
 
@@ -14,37 +14,39 @@
 namespace gpom_tools
 {
 
-/// One way of mapping and how well it did.
+/// A mapping method and its results.
 struct MethodResult {
     std::string key;                   ///< Name in files: gp_query, strong_grid, octomap, …
     std::string label;                 ///< Name for people.
-    std::string setting;               ///< What was chosen for it, as "0.2 m cells"; or none.
-    std::vector<double> probabilities; ///< At places_of() the test set.
+    std::string setting;               ///< Settings chosen for it, for example "0.2 m cells".
+                                       ///< Empty: none.
+    std::vector<double> probabilities; ///< At places_of() of the test set.
     Metrics all{};
-    std::optional<Metrics> near{};     ///< Over the points near a beam; not for logs.
-    std::optional<Calibration> band{}; ///< Over those in the band (and near); none has none.
+    std::optional<Metrics> near{};     ///< For the points near a beam. Empty for logs.
+    std::optional<Calibration> band{}; ///< For the points in the band (and near a beam). Empty:
+                                       ///< there are none.
     Profile profile{};
 };
 
 /// Measure a method by its probabilities.
 MethodResult judged(MethodResult method, const TestSet &test);
 
-/// Methods and metrics, with the figures of the paper's Table I beside them.
+/// Methods and metrics, together with the figures of the paper's Table I.
 std::string report_table(const std::vector<MethodResult> &methods);
 
-/// Mean probability and shares of classes by the offset, three lines a method.
+/// Mean probability and shares of classes for each offset, three lines a method.
 std::string profile_table(const std::vector<MethodResult> &methods, bool across_truth);
 
-/// The same with ROC curves and reliability, and the paper's figures.
+/// The contents of the table, with ROC curves, reliability and the paper's figures.
 nlohmann::ordered_json report_json(const std::vector<MethodResult> &methods);
 
 nlohmann::ordered_json json_of(const Calibration &band);
 nlohmann::ordered_json json_of(const Profile &profile);
 
-/// `x,y,truth,near,band` and a probability of each method.
+/// Lines `x,y,truth,near,band` with the probability of each method.
 std::string points_csv(const TestSet &test, const std::vector<MethodResult> &methods);
 
-/// `x,y,offset` and a probability of each method.
+/// Lines `x,y,offset` with the probability of each method.
 std::string profile_csv(const TestSet &test, const std::vector<MethodResult> &methods);
 
 } // namespace gpom_tools

@@ -14,13 +14,14 @@ namespace gpom_tools
 namespace
 {
 
-constexpr double kGridMargin = 2.0; ///< Room for test points behind the outermost returns [m].
+constexpr double kGridMargin = 2.0; ///< Margin for test points behind the outermost returns [m].
 
-/// Sensor models of the log-odds grids that are tried: OctoMap's constants first. Of 90 models
-/// (p_hit 0.6 to 0.95, p_miss 0.05 to 0.45, clamps from OctoMap's to 0.001, 0.999) the few with
-/// which the NLL of five logs at shares of 0.04, 0.25 and 0.9 is within 0.003 of the best of all in
-/// the mean, 0.014 at worst, that of streets 0 to 2 near beams within 0.004. OctoMap's constants
-/// alone are 0.036 (thin) and 0.026 (wide) behind on logs, 0.11 and 0.13 on streets.
+/// Sensor models that are tried for the log-odds grids. OctoMap's constants come first. The others
+/// were chosen from 90 models (p_hit 0.6 to 0.95, p_miss 0.05 to 0.45, clamps from OctoMap's to
+/// 0.001, 0.999). With these few models, the NLL of five logs at shares of 0.04, 0.25 and 0.9 is
+/// within 0.003 of the best of all models in the mean, and within 0.014 at worst. The NLL of
+/// streets 0 to 2 near beams is within 0.004. OctoMap's constants alone are worse by 0.036 (thin)
+/// and 0.026 (wide) on logs, and by 0.11 and 0.13 on streets.
 constexpr GridModel kModels[] = {{},
                                  {0.7, 0.45, 0.12, 0.97},
                                  {0.8, 0.3, 0.12, 0.97},
@@ -29,14 +30,14 @@ constexpr GridModel kModels[] = {{},
                                  {0.95, 0.3, 0.02, 0.98},
                                  {0.7, 0.1, 0.001, 0.999}};
 
-/// Cells of every grid and of OctoMap, blurs of the strong grid [m].
+/// Cell sizes of all grids and of OctoMap, and blurs of the strong grid [m].
 struct RivalSettings {
     std::vector<double> cells_m, sigmas_m;
 };
 
-/// Finer cells are no better. Logs, strong grid, NLL with cells of 0.05 / 0.025 m: intel .137 /
-/// .136 at a share of 0.9, campus-west .391 / .432 at 0.04 (there 0.1 m has .379). Streets 0 to 2
-/// with cells of 0.05 m: .52, .50, .53, with the best .40, .37, .40.
+/// Finer cells are not better. NLL of the strong grid with cells of 0.05 / 0.025 m: intel .137 /
+/// .136 at a share of 0.9, campus-west .391 / .432 at 0.04 (.379 with 0.1 m). Streets 0 to 2 with
+/// cells of 0.05 m: .52, .50, .53. With the best cells: .40, .37, .40.
 RivalSettings rival_settings(const Trial &trial)
 {
     if (trial.truth) {
@@ -85,7 +86,7 @@ double nll_of(const MethodResult &method)
     return method.near ? method.near->nll : method.all.nll;
 }
 
-/// Keep the better one, the first of equal ones.
+/// Keep the better result. Of equal results, keep the first.
 void keep_best(std::optional<MethodResult> &best, MethodResult tried)
 {
     if (!best || nll_of(tried) < nll_of(*best)) {

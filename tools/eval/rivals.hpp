@@ -1,4 +1,4 @@
-// The rivals of gpom-eval: grids, OctoMap, an exact Gaussian process.
+// The rivals of gpom-eval: grids, OctoMap and an exact Gaussian process.
 #ifndef GPOM_TOOLS_EVAL_RIVALS_HPP
 #define GPOM_TOOLS_EVAL_RIVALS_HPP
 
@@ -24,28 +24,28 @@ struct ChosenGrid {
     MethodResult result;
 };
 
-/// Both log-odds grids of one trial.
+/// The two log-odds grids of one trial.
 struct LogOddsGrids {
     ChosenGrid thin;
     ChosenGrid wide;
 };
 
-/// Of several settings each rival has the one with the least NLL on the very test points (near
-/// beams on streets): the choice favours the rival. Log-odds grids: cell and sensor model; strong
-/// grid and OctoMap: cell.
+/// Each rival gets the setting with the least NLL on the test points themselves (on streets: those
+/// near beams). This choice favours the rival. The settings are cell size and sensor model for
+/// log-odds grids, and cell size for the strong grid and OctoMap.
 LogOddsGrids chosen_grids(const EvalOptions &options, const Trial &trial);
 MethodResult judged_strong_grid(const Trial &trial);
 MethodResult judged_octomap(const Trial &trial);
 
-/// Widened beams in other cells, with the sensor model that was chosen.
+/// A grid with widened beams, the chosen sensor model and another cell size.
 OccupancyGrid wide_grid_like(const ChosenGrid &chosen, const Trial &trial, double cell_m);
 
 std::vector<double> ask(const OccupancyGrid &grid, const std::vector<gpom_point_t> &points);
 
-/// What was chosen, as `grid` and `wide_grid`.
+/// The chosen settings, as `grid` and `wide_grid`.
 nlohmann::ordered_json grid_constants(const LogOddsGrids &grids);
 
-/// None if scikit-learn is not installed.
+/// Empty if scikit-learn is not installed.
 std::optional<MethodResult> judged_exact_gp(const Trial &trial);
 
 } // namespace gpom_tools

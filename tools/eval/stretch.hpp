@@ -1,4 +1,4 @@
-// Parts of a log by the way that the robot drove.
+// Parts of a log by the distance that the robot drove.
 #ifndef GPOM_TOOLS_EVAL_STRETCH_HPP
 #define GPOM_TOOLS_EVAL_STRETCH_HPP
 
@@ -9,10 +9,10 @@
 namespace gpom_tools
 {
 
-/// The scans from the first up to `first_m` of the way driven.
+/// The scans of the first `first_m` of the way.
 std::vector<Scan> first_metres(std::vector<Scan> scans, double first_m);
 
-/// The scans beyond that stretch. Throws std::runtime_error where none are left.
+/// The scans after the first `first_m` of the way. Throws std::runtime_error if none are left.
 std::vector<Scan> after_metres(std::vector<Scan> scans, double first_m);
 
 } // namespace gpom_tools

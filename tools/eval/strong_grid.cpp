@@ -14,13 +14,15 @@ namespace gpom_tools
 namespace
 {
 
-constexpr double kBlurReach = 4.0; ///< Standard deviations.
+constexpr double kBlurReach = 4.0; ///< The blur is cut at this many standard deviations.
 constexpr double kHitWeight = 4.0;
-constexpr double kHitPrior = 0.05; ///< Returns in a cell nobody has seen; as many passing beams.
+constexpr double kHitPrior = 0.05; ///< Number of returns assumed in every cell before any beam. The
+                                   ///< same number of passing beams is assumed.
 constexpr double kShareBuilding = 0.8;
 constexpr std::size_t kLearningPoints = 3000;
 constexpr double kLearningClip = 1e-4;
-constexpr double kWeightPrior = 1e-3; ///< Inverse variance of the logistic's weights.
+constexpr double kWeightPrior = 1e-3; ///< Inverse prior variance of the logistic function's
+                                      ///< weights.
 constexpr int kNewtonStepsMax = 100;
 
 double loss(const Logistic &model, const LogisticSample &sample, double clip)
@@ -70,7 +72,7 @@ struct CountPair {
     CellCounts hits, free;
 };
 
-/// Counts of all beams; each lies inside the raster as far as it is counted.
+/// Count the beams. All counted parts of the beams lie inside the raster.
 CountPair counts_of(const std::vector<GridBeam> &beams, const gpom_raster_t &raster)
 {
     CountPair counts{CellCounts::Zero(raster.ny, raster.nx),
@@ -96,8 +98,8 @@ CountPair counts_of(const std::vector<GridBeam> &beams, const gpom_raster_t &ras
     return counts;
 }
 
-/// Points as the protocol's, along given beams: every second one behind a return, of the free ones
-/// every second in the band.
+/// Test points along the given beams, as in the protocol: every second one lies behind a return,
+/// and every second free one in the band.
 std::vector<TestPoint> learning_points(const std::vector<GridBeam> &beams)
 {
     ProtocolRandom random(0);
@@ -145,7 +147,7 @@ CellCounts blurred(const CellCounts &counts, double sigma_cells)
     weights /= 2.0 * weights.sum() - weights[0];
     const Eigen::Index n_rows = counts.rows(), n_columns = counts.cols();
     CellCounts along = weights[0] * counts;
-    for (Eigen::Index row = 0; row < n_rows; ++row) { // by rows: they stay in the cache
+    for (Eigen::Index row = 0; row < n_rows; ++row) { // by rows, so that they stay in the cache
         for (Eigen::Index k = 1; k <= std::min(radius, n_columns - 1); ++k) {
             const Eigen::Index n = n_columns - k;
             along.row(row).tail(n) += weights[k] * counts.row(row).head(n);
@@ -227,7 +229,7 @@ void StrongGrid::blur(const CellCounts &hits, const CellCounts &free, double sig
     free_ = blurred(free, sigma_m / raster_.cell_m);
 }
 
-/// Both numbers between the centres of cells: linear in x and in y, constant beyond the border.
+/// Both features at a point: bilinear between the centres of cells, constant beyond the border.
 std::array<double, 2> StrongGrid::features(gpom_point_t point) const
 {
     const double u = std::clamp((point.x_m - raster_.x0_m) / raster_.cell_m - 0.5, 0.0,

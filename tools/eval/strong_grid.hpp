@@ -1,4 +1,4 @@
-// The honest grid: counts of returns and of passing beams, blurred, then calibrated.
+// A stronger grid: counts of returns and of passing beams are blurred and then calibrated.
 #ifndef GPOM_TOOLS_EVAL_STRONG_GRID_HPP
 #define GPOM_TOOLS_EVAL_STRONG_GRID_HPP
 
@@ -12,11 +12,12 @@
 namespace gpom_tools
 {
 
-/// One number a cell: rows are iy, columns ix.
+/// One number for each cell. Rows are iy, columns ix.
 using CellCounts = Eigen::Array<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Convolved with a normalised Gaussian of the given standard deviation [cells], cut at four of
-/// them; outside are zeros. As wide as or narrower than an eighth of a cell changes nothing.
+/// Counts convolved with a normalised Gaussian of this standard deviation [cells], cut at four
+/// standard deviations. Outside of the raster there are zeros. A Gaussian of at most an eighth of a
+/// cell changes nothing.
 CellCounts blurred(const CellCounts &counts, double sigma_cells);
 
 /// p = 1 / (1 + exp(-(bias + w' x))).
@@ -31,18 +32,18 @@ struct LogisticSample {
     bool occupied;
 };
 
-/// Platt scaling: greatest likelihood under a weak prior on the weights, w' w / 2000, by Newton's
+/// Platt scaling: maximum likelihood with a weak prior on the weights, w' w / 2000, by Newton's
 /// method. Throws std::runtime_error if samples of one kind are missing.
 Logistic fit_logistic(const std::vector<LogisticSample> &samples);
 
-/// Returns and passing beams are counted by cell (a beam two samples a cell, each half a count),
-/// the counts blurred, returns weighing four times. From the share q of returns among all and their
-/// sum n a logistic function of logit q and logit q log(1 + n) makes probabilities. That function,
-/// and with it the width of the blur, is chosen on 3000 points along a fifth of the beams which is
-/// left out of the counts meanwhile.
+/// Counts returns and passing beams in each cell. A beam has two samples in a cell, each half a
+/// count. The counts are blurred. A return has a weight of four. Let q be the share of returns
+/// among all counts of a cell, and n their sum. A logistic function of logit q and logit q log(1 +
+/// n) gives the probability. The function and the width of the blur are fitted on 3000 points along
+/// a fifth of the beams, which are left out of the counts for that.
 class StrongGrid {
 public:
-    /// Throws std::runtime_error if the beams left out have no returns or the raster is too large.
+    /// Throws std::runtime_error if the left-out beams have no returns or the raster is too large.
     StrongGrid(const std::vector<GridBeam> &beams, const gpom_raster_t &raster,
                const std::vector<double> &sigmas_m);
 
@@ -56,7 +57,7 @@ private:
     void blur(const CellCounts &hits, const CellCounts &free, double sigma_m);
 
     gpom_raster_t raster_;
-    CellCounts hits_; ///< Blurred, weighted.
+    CellCounts hits_; ///< Blurred and weighted.
     CellCounts free_;
     double sigma_m_ = 0.0;
     double left_out_nll_ = 0.0;

@@ -13,15 +13,17 @@ namespace
 {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kBeforeSurface = 1e-3; ///< Where lines of sight end: surely in the free cell [m].
+constexpr double kBeforeSurface = 1e-3; ///< Lines of sight end this far before a surface, so that
+                                        ///< they end in the free cell [m].
 
-/// Distance along one axis from a coordinate to a cell, both in cells; 0 inside it.
+/// Distance along one axis from a coordinate to a cell, both in cells. 0: the coordinate is inside
+/// the cell.
 double gap(double coordinate, int i_cell)
 {
     return std::max({i_cell - coordinate, coordinate - (i_cell + 1.0), 0.0});
 }
 
-/// Bearing of a place in a scan, from the middle of its field of view [rad], within +-pi.
+/// Bearing of a place from the middle of a scan's field of view [rad], within +-pi.
 double off_middle_rad(const Scan &scan, double dx_m, double dy_m)
 {
     const double n_steps = static_cast<double>(scan.ranges_m.size()) - 1.0;

@@ -13,7 +13,7 @@ namespace
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// Corners of the box over all beams.
+/// Find the corners of the box around all beams.
 void cover_beams(Trial &trial)
 {
     constexpr double kFar = std::numeric_limits<double>::infinity();

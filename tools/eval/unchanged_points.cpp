@@ -12,7 +12,7 @@ namespace
 
 enum class Says { kNothing, kFree, kOccupied };
 
-/// What one beam says of a place that lies `along_m` on it and `across_m` beside it.
+/// What one beam says about a place that lies `along_m` along the beam and `across_m` beside it.
 Says says(double range_m, double range_max_m, double along_m, double across_m)
 {
     const double to_go_m = range_m - along_m;
@@ -23,7 +23,7 @@ Says says(double range_m, double range_max_m, double along_m, double across_m)
     return is_past && std::fabs(across_m) < kPassesWithin_m ? Says::kFree : Says::kNothing;
 }
 
-/// What a scan says of a place: only beams that come within kReturnsWithin_m of it are asked.
+/// What a scan says about a place. Only beams within kReturnsWithin_m of the place count.
 Says says(const Scan &scan, gpom_point_t at)
 {
     const double dx_m = at.x_m - scan.x_m, dy_m = at.y_m - scan.y_m;
@@ -46,7 +46,7 @@ Says says(const Scan &scan, gpom_point_t at)
     return all;
 }
 
-/// Whether a place that was occupied is so still.
+/// True if a place that was occupied is still occupied.
 bool is_unchanged(gpom_point_t at, const std::vector<Scan> &scans)
 {
     int n_through = 0;

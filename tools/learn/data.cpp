@@ -14,12 +14,13 @@ namespace
 {
 
 constexpr std::size_t kRuns = 15;
-constexpr std::size_t kHitsMin = 50; ///< Fewer returns teach nothing.
-/// Stream of numbers besides those of gpom-live judge's usual seeds.
+constexpr std::size_t kHitsMin = 50; ///< Fewer returns are not enough to learn from.
+/// Offset of the seed for live splits, so that they differ from those of gpom-live judge with usual
+/// seeds.
 constexpr std::uint64_t kLiveSplitSeed = 1000;
-/// Random cells looked at for each place near a beam that is wanted.
+/// Random cells tried for each place near a beam.
 constexpr std::size_t kTriesPerPlace = 200;
-/// Stream of numbers for places anywhere.
+/// Random stream for places anywhere.
 constexpr std::uint64_t kAnywhereSeed = 3000;
 
 LearnBeam beam_of(const Scan &scan, std::size_t i_scan, std::size_t i_beam)
@@ -37,7 +38,7 @@ LearnBeam beam_of(const Scan &scan, std::size_t i_scan, std::size_t i_beam)
             hit};
 }
 
-/// The log as far as it is learnt from.
+/// Read the part of a log that is used for learning.
 std::vector<Scan> read_source(const LearnSource &source, const DataOptions &options)
 {
     std::vector<Scan> scans = read_log(source.scans_path, options.reading);
@@ -45,7 +46,8 @@ std::vector<Scan> read_source(const LearnSource &source, const DataOptions &opti
                                : scans;
 }
 
-/// Of a log some, and only then their first stretch, so that it is as dense as the whole.
+/// Take some scans of a log evenly, and only then cut the first part of the way. So the scans of
+/// this part are as dense as those of the whole log.
 std::vector<Scan> scans_of(const LearnSource &source, const DataOptions &options)
 {
     const bool is_log = source.truth_path.empty();
@@ -65,7 +67,7 @@ void require_hits(const LearnSource &source, const LearnWorld &world)
     }
 }
 
-/// A return and the beam of the map it is, or kNoBeam.
+/// A return, and its beam in the map, or kNoBeam.
 struct Return {
     LearnBeam beam;
     std::size_t in_map;
@@ -129,7 +131,7 @@ void add_log(LearnData &data, const LearnSource &source, const DataOptions &opti
     data.worlds.push_back(std::move(world));
 }
 
-/// The live map of scans in their order, as queries see it.
+/// Insert the scans into a live map in order, and return its kept beams as queries see them.
 LearnWorld live_world(const std::vector<Scan> &scans, const DataOptions &options)
 {
     gpom_params_t params;
@@ -166,7 +168,7 @@ void add_live(LearnData &data, const LearnSource &source, const DataOptions &opt
     for (std::size_t i_scan = 0; i_scan < scans.size(); ++i_scan) {
         const std::vector<float> &ranges_m = split.others[i_scan].ranges_m;
         for (std::size_t i = 0; i < ranges_m.size(); ++i) {
-            if (ranges_m[i] > 0.0F) { // NaN fails: not one of the tenth
+            if (ranges_m[i] > 0.0F) { // not NaN: a return of the held-out tenth
                 const LearnBeam beam = beam_of(scans[i_scan], i_scan, i);
                 (is_held_out(i_scan, scans.size()) ? held_out : learning)
                     .push_back({beam, kNoBeam});
@@ -179,7 +181,7 @@ void add_live(LearnData &data, const LearnSource &source, const DataOptions &opt
     data.worlds.push_back(std::move(world));
 }
 
-/// Both parts must have places of both kinds.
+/// Both parts must have occupied and free places.
 LearnData checked(LearnData data)
 {
     for (const auto *places : {&data.learning, &data.held_out}) {
@@ -206,7 +208,7 @@ std::size_t nearest_scan(const std::vector<Scan> &scans, const LearnPlace &place
                                     scans.begin());
 }
 
-/// Random places near beams.
+/// Random places near beams, with their true occupancy.
 std::vector<LearnPlace> near_places(const LearnSource &source, const std::vector<Scan> &scans,
                                     std::size_t n, std::uint64_t seed)
 {

@@ -12,22 +12,25 @@ namespace gpom_tools
 namespace
 {
 
-constexpr int kStartIterations = 50; // the best goes on to convergence at the end
-constexpr int kStepIterations = 30;  // for each value of gap, depth and cap, unless after
-constexpr int kProbeIterations = 6;  // so many
-constexpr double kHopeless = 3e-3;   // it is still this much worse than the best
+// Iterations from each start; only the best fit goes on to convergence.
+constexpr int kStartIterations = 50;
+constexpr int kStepIterations = 30; // iterations for each value of gap, depth and cap
+constexpr int kProbeIterations = 6; // iterations before a value may be given up
+constexpr double kHopeless = 3e-3;  // a value is given up if its loss is still this much worse
+                                    // than the best
 constexpr int kPolishIterations = 100;
-constexpr double kStepGainMin = 2e-4; ///< A changed neighbourhood must earn this much loss.
+constexpr double kStepGainMin = 2e-4; ///< Least improvement of the loss for which a neighbourhood
+                                      ///< is changed.
 
 bool is_rough(gpom_kernel_t kernel)
 {
     return kernel == GPOM_KERNEL_MATERN12 || kernel == GPOM_KERNEL_ASKEY;
 }
 
-/// Least noise that is searched, as a share of sf2.
+/// Smallest noise in the search, as a share of sf2.
 double noise_ratio_min(gpom_kernel_t kernel) { return is_rough(kernel) ? 1e-5 : 1e-2; }
 
-/// Longest length scale that is searched; 1000 m is the longest that gpom_params_check() allows.
+/// Longest length scale in the search. gpom_params_check() allows at most 1000 m.
 double ell_longest_m(gpom_kernel_t kernel, const FitOptions &options)
 {
     return std::min(options.ell_max_m * (kernel == GPOM_KERNEL_ASKEY ? 3.0 : 1.0), 1000.0);
@@ -78,7 +81,7 @@ LearntParams params_of(const Start &start, gpom_kernel_t kernel, const FitOption
     return with_fixed(params, options.fixed);
 }
 
-/// The fit of the continuous parameters at one choice of neighbourhoods.
+/// Fit the continuous parameters for one choice of neighbourhoods.
 Minimum descend(const LearntParams &start, const FitSpace &space,
                 const std::vector<Neighbourhood> &neighbourhoods, const FitOptions &options,
                 int iterations_max)
@@ -93,7 +96,7 @@ Minimum descend(const LearntParams &start, const FitSpace &space,
     return minimise(objective, space.coordinates(start), space.box(), iterations_max);
 }
 
-/// One parameter that changes neighbourhoods, and the values tried for it.
+/// A parameter that changes neighbourhoods, and the values to try for it.
 struct Step {
     const char *name;
     std::vector<double> values;
@@ -125,7 +128,7 @@ std::vector<Step> steps_of(const Ingredients &ingredients, const FixedParams &fi
     return steps;
 }
 
-/// The fit of one kernel, as it goes on.
+/// State of the fit of one kernel.
 class Fitting {
 public:
     Fitting(gpom_kernel_t kernel, const LearnData &data, const FitOptions &options,
@@ -159,7 +162,7 @@ private:
         return neighbourhoods_of(data_.worlds, data_.learning, rule_of(params), options_.n_threads);
     }
 
-    /// Note what came of a start, and keep it if it is better by more than `gain_min`.
+    /// Record the result of a start, and keep it if it is better by more than `gain_min`.
     void take(const LearntParams &start, const Minimum &minimum, const std::string &label,
               double gain_min)
     {
@@ -177,7 +180,7 @@ private:
         take(start, descend(start, space_, at, options_, iterations_max), label, 0.0);
     }
 
-    /// Fit at other neighbourhoods, and give up early where that is hopeless.
+    /// Fit with other neighbourhoods. Give up early if the loss is still much worse than the best.
     Minimum probe(const LearntParams &trial) const
     {
         const std::vector<Neighbourhood> at = neighbourhoods(trial);
@@ -191,7 +194,7 @@ private:
         return second;
     }
 
-    /// Coordinate descent along one parameter: every value, from the best at that moment.
+    /// Coordinate descent along one parameter: try every value, each time from the best fit so far.
     void walk(const Step &step)
     {
         const LearntParams before = fit_.params;
@@ -248,7 +251,7 @@ FitSpace::FitSpace(gpom_kernel_t kernel, const FitOptions &options)
                            (i == kBySn2Once && !options.has_once) ||
                            (i == kByAnisotropy && !may.anisotropy) || (i == kByVote && !may.vote) ||
                            (i == kByLine && !may.line) || (i >= kByLogWeight && !may.logs) ||
-                           i == kByBetaFar; // by fit_far()
+                           i == kByBetaFar; // learnt by fit_far()
         if (!fixed) {
             free_.push_back(i);
         }
@@ -305,7 +308,7 @@ Gradient FitSpace::chained(const LearntParams &params, Gradient g) const
     const double by_log_kss =
         by_beta * argument * params.alpha * params.alpha * kss / (2.0 * spread);
     g(kByAlpha) += 2.0 * by_log_kss;
-    g(kBySf2) += by_log_kss + g(kBySn2) + g(kBySn2Free); // noises follow sf2
+    g(kBySf2) += by_log_kss + g(kBySn2) + g(kBySn2Free); // noises are ratios to sf2
     if (kernel_ == GPOM_KERNEL_NN) {
         const double c = 2.0 * params.s0 / (1.0 + 2.0 * params.s0);
         const double kss_by_s0 = params.sf2 * c * (1.0 - c) / std::sqrt(1.0 - c * c);
@@ -388,7 +391,7 @@ LearntParams fit_far(LearntParams params, const LearnData &data, FitOptions opti
     }
     const std::vector<Neighbourhood> at =
         neighbourhoods_of(data.worlds, data.anywhere, rule_of(params), options.n_threads);
-    options.free_weight = 1.0; // as many as there are of either kind
+    options.free_weight = 1.0; // equal weights, because there are as many free as occupied places
     const double spread = prior_spread(params);
     const double near = (params.beta + weight_sum(params) * log_end()) / spread;
     const Objective objective = [&](const Eigen::VectorXd &x, Eigen::VectorXd &gradient) {

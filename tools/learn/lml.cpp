@@ -14,9 +14,9 @@ namespace
 {
 
 constexpr int kAnnealingSteps = 300;
-constexpr double kTemperatureFirst = 0.3; ///< Of the loss, a point.
+constexpr double kTemperatureFirst = 0.3; ///< In units of the loss per point.
 constexpr double kTemperatureLast = 0.001;
-constexpr double kAnnealingReach = 0.25; ///< First step's size as a share of the box.
+constexpr double kAnnealingReach = 0.25; ///< Size of the first step as a share of the box.
 constexpr int kAscentIterations = 60;
 constexpr int kSigmoidIterations = 100;
 
@@ -31,7 +31,7 @@ template <class T> void shuffle(std::vector<T> &items, ProtocolRandom &random)
     }
 }
 
-/// Everything eq. 6 is learnt from: one subset, or many neighbourhoods.
+/// The data of eq. 6: one subset, or many neighbourhoods.
 using Subsets = std::vector<Neighbourhood>;
 
 double mean_negative_lml(const LearntParams &params, const Subsets &subsets, unsigned n_threads,
@@ -55,7 +55,8 @@ double mean_negative_lml(const LearntParams &params, const Subsets &subsets, uns
     return scale * std::accumulate(losses.begin(), losses.end(), 0.0);
 }
 
-/// Kirkpatrick et al. (1983), geometric cooling; steps shrink with the temperature's root.
+/// Simulated annealing (Kirkpatrick et al., 1983) with geometric cooling. The step size follows the
+/// square root of the temperature.
 Minimum anneal(const std::function<double(const Eigen::VectorXd &)> &loss,
                const Eigen::VectorXd &start, const Box &box, std::uint64_t seed,
                const Advance &advance)
@@ -87,13 +88,13 @@ Minimum anneal(const std::function<double(const Eigen::VectorXd &)> &loss,
     return best;
 }
 
-/// The covariance's part of a fit's coordinates: all but the sigmoid's.
+/// The coordinates of the covariance: all coordinates of a fit except those of the sigmoid.
 class CovarianceSpace {
 public:
     CovarianceSpace(const FitSpace &space, const LearntParams &base) : space_(space), base_(base)
     {
         const Eigen::VectorXd all = space_.coordinates(base_);
-        n_ = all.size() - 2; // alpha and beta are the last without ingredients
+        n_ = all.size() - 2; // without ingredients, alpha and beta are the last coordinates
         rest_ = all.tail(2);
     }
 
@@ -122,7 +123,7 @@ struct Labelled {
     bool occupied;
 };
 
-/// Alpha and beta alone, by the losses of left-out points.
+/// Fit only alpha and beta, by the losses of left-out points.
 Minimum fit_sigmoid(const FitSpace &space, const LearntParams &base,
                     const std::vector<Labelled> &points)
 {

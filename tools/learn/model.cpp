@@ -10,7 +10,7 @@ namespace
 
 constexpr double kInverseSqrtTwoPi = 0.3989422804014327;
 
-/// k and -r dk/dr, both without sf2, at the distance t in length scales.
+/// k and -r dk/dr, both without sf2, at distance t in length scales.
 struct Decay {
     double k;
     double slope;
@@ -78,13 +78,13 @@ Covariance neural_network(const LearntParams &params, const CovariancePoint &p,
     return {params.sf2 * std::asin(c), by_c * c_by_s0, by_c * c_by_s1, by_c * c_by_a};
 }
 
-/// What a log weight is multiplied by: the log distance, fading to that of the end.
+/// The log distance that a log weight multiplies. It fades to the log distance of the end.
 double faded_log_distance(double rho, double log_distance)
 {
     return rho * log_distance + (1.0 - rho) * std::log(kLogDistanceMax + kLogDistanceMin);
 }
 
-/// vote cs + line + the log terms + beta, fading to what they are far from all beams.
+/// vote cs + line + log terms + beta. All of them fade to their values far from all beams.
 double offset_of(const LearntParams &params, const Neighbourhood &neighbourhood)
 {
     const double rho = remaining_correlation(params, neighbourhood);
@@ -165,9 +165,9 @@ ModelWork::NoiseTerms ModelWork::whole_noise(const LearntParams &params,
         return {0.0, 0.0, params.sn2_free, 0.0};
     }
     switch (point.noise) {
-    case HitNoise::kPast: // raised() of noise.hpp with an excess of 1
+    case HitNoise::kPast: // as raised() of noise.hpp with an excess of 1
         return {prior_variance(params), 2.0 * params.sn2, 0.0, 0.0};
-    case HitNoise::kOnce: // sn2 times a factor: both are differentiated by
+    case HitNoise::kOnce: // sn2 times a factor: it depends on both parameters
         return {0.0, once, 0.0, once};
     case HitNoise::kSeen:
         break;
@@ -175,7 +175,8 @@ ModelWork::NoiseTerms ModelWork::whole_noise(const LearntParams &params,
     return {0.0, params.sn2, 0.0, 0.0};
 }
 
-/// (v + k**) / w - k** where neighbours fade, and of equal points that over their count.
+/// Noise of a point: (v + k**) / w - k** with the weight w of a fading neighbour. Equal points are
+/// one point with the noise divided by their number.
 ModelWork::NoiseTerms ModelWork::noise_terms(const LearntParams &params,
                                              const NeighbourPoint &point)
 {
@@ -191,7 +192,7 @@ void ModelWork::solve()
     const auto n = static_cast<Eigen::Index>(n_);
     system_ = k_.topLeftCorner(n, n);
     system_.diagonal() += noise_;
-    factor_.compute(system_); // reads the lower triangle alone
+    factor_.compute(system_); // reads only the lower triangle
     k_star_ = k_.row(n).head(n).transpose();
     a_ = factor_.solve(y_);
     b_ = factor_.solve(k_star_);

@@ -10,10 +10,11 @@
 namespace gpom_tools
 {
 
-/// Places in a gradient; positive parameters are differentiated by their logarithm.
+/// Indices of a gradient. For positive parameters the derivative is with respect to their
+/// logarithm.
 enum Derivative : int {
-    kByShape0 = 0, ///< log ell, or log s0 of NN.
-    kByShape1,     ///< log s1 of NN.
+    kByShape0 = 0, ///< log ell, or log s0 of kernel NN.
+    kByShape1,     ///< log s1 of kernel NN.
     kBySf2,
     kBySn2,
     kBySn2Free,
@@ -29,8 +30,8 @@ enum Derivative : int {
 };
 using Gradient = Eigen::Matrix<double, kDerivatives, 1>;
 
-/// Probabilities are kept this far from 0 and 1 in what learning maximises, smoothly: a share
-/// kLossFloor of the places may have any label.
+/// Learning keeps probabilities away from 0 and 1 in a smooth way: a share kLossFloor of the places
+/// may have any label.
 constexpr double kLossFloor = 1e-4;
 
 /// Latent mean and variance at the query, eqs. 2 and 3.
@@ -39,7 +40,7 @@ struct LatentMoments {
     double variance;
 };
 
-/// k and its derivatives by the covariance's parameters.
+/// k and its derivatives with respect to the covariance's parameters.
 struct Covariance {
     double k;
     double by_shape0;
@@ -47,8 +48,8 @@ struct Covariance {
     double by_anisotropy;
 };
 
-/// A point as the covariance sees it: coordinates already shrunk, and their derivative by the
-/// anisotropy.
+/// A point with the coordinates that the covariance uses: already scaled by the anisotropy, with
+/// the derivative with respect to the anisotropy.
 struct CovariancePoint {
     double x_m, y_m;
     double x_by_anisotropy;
@@ -57,22 +58,23 @@ struct CovariancePoint {
 Covariance covariance_of(const LearntParams &params, const CovariancePoint &p,
                          const CovariancePoint &q);
 
-/// Weights of a scalar on every covariance: d value = sum over i > j of w(i, j) dk(i, j) + sum over
-/// i of w(i, i) d(k(i, i) + noise). Only the lower triangle counts; the last index is the query.
+/// Weights of every covariance in a scalar: d value = sum over i > j of w(i, j) dk(i, j) + sum over
+/// i of w(i, i) d(k(i, i) + noise). Only the lower triangle is used. The last index is the query.
 using Adjoint = Eigen::MatrixXd;
 
-/// One neighbourhood's covariance matrix, its factor and its derivatives; keeps its memory from one
-/// neighbourhood to the next. The query counts as a last point without noise.
+/// The covariance matrix of one neighbourhood, its factor and its derivatives. The memory is reused
+/// for the next neighbourhood. The query is the last point, without noise.
 class ModelWork {
 public:
-    /// Covariances, and with derivatives if asked.
+    /// Compute the covariances, and their derivatives if asked.
     void assemble(const LearntParams &params, const Neighbourhood &neighbourhood, bool derivatives);
     /// Factor K + N and solve for y and k*.
     void solve();
     LatentMoments moments() const;
-    /// Add to the gradient's covariance entries what the adjoint says. Needs derivatives.
+    /// Add the derivatives for an adjoint to the covariance entries of a gradient. Needs
+    /// derivatives.
     void accumulate(const Adjoint &adjoint, Gradient &gradient) const;
-    /// Adjoint of by_mean * mean + by_variance * variance.
+    /// Compute the adjoint of by_mean * mean + by_variance * variance.
     void moments_adjoint(double by_mean, double by_variance, Adjoint &adjoint) const;
 
     std::size_t size() const { return n_; }
@@ -87,7 +89,8 @@ private:
     std::vector<CovariancePoint> points_;
     Eigen::MatrixXd k_, by_shape0_, by_shape1_, by_anisotropy_, system_;
     Eigen::LLT<Eigen::MatrixXd> factor_;
-    /// Noise variances, and their derivatives by the logarithms of what they are made of.
+    /// Noise variances, and their derivatives with respect to the logarithms of the parameters in
+    /// them.
     struct NoiseTerms {
         double by_sf2, by_sn2, by_sn2_free, by_sn2_once;
     };
@@ -98,19 +101,19 @@ private:
     std::vector<NoiseTerms> noise_terms_;
 };
 
-/// Between f at the query and what its neighbours tell of f: 1 - d^2 / fade_m^2, d being the
-/// distance to the nearest of them, 0 from there on.
+/// Correlation of f at the query with what its neighbours say about f: 1 - d^2 / fade_m^2, with d
+/// the distance to the nearest neighbour. 0 from fade_m on.
 double remaining_correlation(const LearntParams &params, const Neighbourhood &neighbourhood);
 
-/// Probability of occupancy by eq. 7 and the terms inside it.
+/// Probability of occupancy by eq. 7 with all additional terms.
 double probability_of(const LearntParams &params, const Neighbourhood &neighbourhood,
                       ModelWork &work);
 
-/// -log of the probability of what is there; its gradient is added to *gradient unless NULL.
+/// -log of the probability of the true occupancy. Adds its gradient to *gradient unless NULL.
 double loss_of(const LearntParams &params, const Neighbourhood &neighbourhood, ModelWork &work,
                Gradient *gradient);
 
-/// The same of a sigmoid's argument alone: for moments that are already known.
+/// The loss as a function of the sigmoid's argument, for moments that are already known.
 struct SigmoidLoss {
     double value;
     double by_argument, by_alpha_log, by_mean, by_variance;

@@ -16,12 +16,13 @@ namespace
 {
 
 constexpr double kScatterSoftening = 0.01; ///< Added to squared distances in the weights [m2].
-constexpr double kScatterMin = 1e-12;      ///< Below, the hits have no main axis.
-constexpr double kVoteDistanceMin = 1e-6;  ///< Nearer hits have no side [m].
-constexpr double kWeightMin = 1e-6;        ///< Of a neighbour that has faded.
-constexpr double kLineScale = 0.05;        ///< Distance at which a line is sure of its side [m].
+constexpr double kScatterMin = 1e-12;      ///< Below this scatter the hits have no main axis.
+constexpr double kVoteDistanceMin = 1e-6;  ///< Hits nearer than this have no side [m].
+constexpr double kWeightMin = 1e-6;        ///< Least weight of a fading neighbour.
+constexpr double kLineScale = 0.05;        ///< Distance at which the side of a line becomes certain
+                                           ///< [m].
 
-/// A beam's closest point to the query, relative to it.
+/// Closest point of a beam to the query, relative to the query.
 struct Candidate {
     double d2;
     std::size_t id;
@@ -35,7 +36,7 @@ struct Candidate {
     }
 };
 
-/// Closest point, relative to the query, of the beam's part from `from_m` to `to_m`.
+/// Closest point to the query of a beam's part from `from_m` to `to_m`, relative to the query.
 Candidate closest(const LearnBeam &beam, std::size_t id, const LearnPlace &query, double from_m,
                   double to_m)
 {
@@ -46,7 +47,7 @@ Candidate closest(const LearnBeam &beam, std::size_t id, const LearnPlace &query
     return {at.squaredNorm(), id, at};
 }
 
-/// The k best of those offered, kept in a heap whose top is the worst.
+/// Keeps the k best candidates in a heap. The top is the worst of them.
 class Nearest {
 public:
     explicit Nearest(std::size_t k) : k_(k) {}
@@ -75,7 +76,8 @@ private:
     std::vector<Candidate> best_;
 };
 
-/// 1 up to from_m, then 1 - t^2, t rising to 1 at end_m; 1 where both are the same.
+/// Weight 1 up to from_m, then 1 - t^2, where t rises to 1 at end_m. If both distances are equal,
+/// the weight is 1.
 double fading_weight(double distance_m, double from_m, double end_m)
 {
     if (distance_m <= from_m || end_m <= from_m) {
@@ -85,8 +87,9 @@ double fading_weight(double distance_m, double from_m, double end_m)
     return std::max(1.0 - t * t, kWeightMin);
 }
 
-/// Of each scan at its cap the last point fades from the one before to the first that is left out,
-/// or to the pool's end.
+/// For each scan with at least `cap` points: the last point within the cap fades. Its fading range
+/// begins at the point before it. It ends at the first point that is left out, or at the pool's
+/// end.
 void fade_in_scans(const LearnWorld &world, std::vector<Candidate> &pool, std::size_t cap,
                    double pool_end_m)
 {
@@ -104,7 +107,7 @@ void fade_in_scans(const LearnWorld &world, std::vector<Candidate> &pool, std::s
     }
 }
 
-/// At most scan_points_max of one scan, in order.
+/// At most scan_points_max candidates of each scan, in order.
 std::vector<Candidate> capped(const LearnWorld &world, const std::vector<Candidate> &pool,
                               std::size_t scan_points_max)
 {
@@ -118,7 +121,8 @@ std::vector<Candidate> capped(const LearnWorld &world, const std::vector<Candida
     return chosen;
 }
 
-/// How many of one kind are wanted, and out of how many they are chosen.
+/// How many neighbours of one kind are needed, and the number of nearest points they are chosen
+/// from.
 struct Wanted {
     std::size_t n, n_pool;
 };
@@ -129,7 +133,7 @@ Wanted wanted(std::size_t n, const NeighbourRule &rule)
     return {n, rule.n_fading > 0 && n_capped == n ? n + 1 : n_capped};
 }
 
-/// Of a pool in order, the neighbours and their weights.
+/// The neighbours and their weights, from an ordered pool.
 std::vector<Candidate> chosen_of(const LearnWorld &world, std::vector<Candidate> pool,
                                  const Wanted &wanted, const NeighbourRule &rule)
 {
@@ -180,10 +184,11 @@ Chosen choose(const LearnWorld &world, const LearnPlace &query, const NeighbourR
 struct Axis {
     Eigen::Vector2d direction{1.0, 0.0};
     double ratio = 1.0;
-    Eigen::Vector2d mean{0.0, 0.0}; ///< Of the hits, weighted.
+    Eigen::Vector2d mean{0.0, 0.0}; ///< Weighted mean of the hits.
 };
 
-/// Main axis of the hits: eigenvectors of their scatter about their mean, the nearer the heavier.
+/// Main axis of the hits: eigenvectors of their scatter about their mean. Nearer hits have a larger
+/// weight.
 Axis main_axis(const std::vector<Candidate> &hits)
 {
     double weight = 0.0;
@@ -207,8 +212,8 @@ Axis main_axis(const std::vector<Candidate> &hits)
     return {solver.eigenvectors().col(1), std::sqrt(ratio2), mean};
 }
 
-/// Whether the query lies straight behind the hits' surfaces (+1) or in front of them (-1). Where
-/// neighbours fade, the cosine turns over a few centimetres at a hit.
+/// +1 if the query lies straight behind the surfaces of the hits, -1 if in front of them. Where
+/// neighbours fade, the cosine changes sign over a few centimetres at a hit.
 double vote_of(const LearnWorld &world, const std::vector<Candidate> &hits, bool fades)
 {
     if (hits.empty()) {
@@ -228,8 +233,9 @@ double vote_of(const LearnWorld &world, const std::vector<Candidate> &hits, bool
     return fading * sum / std::max(weight, 1.0);
 }
 
-/// The line through the hits, its normal n along their mean beam direction b: t is how far the
-/// query is behind it. (1 - ratio) (n . b) t / sqrt(t^2 + s^2) with s = kLineScale.
+/// Side of the line through the hits. n is its normal along their mean beam direction b, and t is
+/// how far the query is behind the line. The value is (1 - ratio) (n . b) t / sqrt(t^2 + s^2) with
+/// s = kLineScale.
 double line_of(const LearnWorld &world, const std::vector<Candidate> &hits, const Axis &axis)
 {
     if (hits.empty()) {
@@ -242,14 +248,15 @@ double line_of(const LearnWorld &world, const std::vector<Candidate> &hits, cons
         weight += hit.weight;
     }
     beam /= std::max(weight, 1.0);
-    const Eigen::Vector2d normal(-axis.direction.y(), axis.direction.x()); // of either sign
+    const Eigen::Vector2d normal(-axis.direction.y(), axis.direction.x()); // the sign may be either
     const double behind_m = -normal.dot(axis.mean);
     const double side = behind_m / std::hypot(behind_m, kLineScale);
     const double fading = std::max(0.0, 1.0 - std::sqrt(hits.front().d2) / kLogDistanceMax);
     return fading * (1.0 - axis.ratio) * normal.dot(beam) * side;
 }
 
-/// Log distance to the i-th point, or that of the end of all distances if there is none.
+/// Log distance to the i-th point. If there is no such point: log distance of the end of all
+/// distances.
 double log_distance(const std::vector<Candidate> &points, std::size_t i)
 {
     const double distance_m = i < points.size() ? std::sqrt(points[i].d2) : kLogDistanceMax;

@@ -10,7 +10,7 @@ namespace gpom_tools
 namespace
 {
 
-/// A line search that fails leaves the solver; it starts again from the best point this often.
+/// A failed line search ends the solver. It starts again from the best point, this many times.
 constexpr int kRoundsMax = 3;
 constexpr double kGainMin = 1e-5;
 
@@ -45,7 +45,7 @@ Minimum minimise(const Objective &objective, const Eigen::VectorXd &start, const
             LBFGSpp::LBFGSBSolver<double>(settings).minimize(remembering, x, value, box.low,
                                                              box.high);
             break;
-        } catch (const std::exception &) { // the line search gave up
+        } catch (const std::exception &) { // the line search failed
             if (!(best.value < before - kGainMin)) {
                 break;
             }

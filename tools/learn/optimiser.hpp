@@ -1,4 +1,4 @@
-// Minimising a smooth function in a box: L-BFGS-B by LBFGS++.
+// Minimises a smooth function in a box: L-BFGS-B by LBFGS++.
 #ifndef GPOM_TOOLS_LEARN_OPTIMISER_HPP
 #define GPOM_TOOLS_LEARN_OPTIMISER_HPP
 
@@ -9,7 +9,7 @@
 namespace gpom_tools
 {
 
-/// The value at x; fills the gradient.
+/// Returns the value at x and fills the gradient.
 using Objective = std::function<double(const Eigen::VectorXd &x, Eigen::VectorXd &gradient)>;
 
 struct Box {
@@ -22,7 +22,7 @@ struct Minimum {
     int n_evaluations;
 };
 
-/// The best point seen from a start, which is moved into the box.
+/// The best point seen from a start. The start is moved into the box.
 Minimum minimise(const Objective &objective, const Eigen::VectorXd &start, const Box &box,
                  int iterations_max);
 

@@ -72,7 +72,7 @@ FixedParams parse_fixed(const std::string &text)
                                      "whole numbers scan_points_max and fading can be fixed");
         }
     }
-    static_cast<void>(to_library(with_fixed({}, fixed))); // refused now, not after learning
+    static_cast<void>(to_library(with_fixed({}, fixed))); // refuse now, not after learning
     return fixed;
 }
 

@@ -14,22 +14,25 @@ namespace
 
 using Json = nlohmann::ordered_json;
 
-/// Enough for all cells that a scan marks.
+/// Enough operations for all cells that a scan marks.
 constexpr std::uint64_t kWholeStepOps = std::uint64_t{1} << 40;
 
-/// Returns from a cell with which a scan sees that something stands there; one or two may graze it.
+/// If a scan has this many returns from a cell, it sees that something stands there. One or two
+/// returns may graze the cell.
 constexpr std::ptrdiff_t kReturnsSeen = 3;
 
-/// A cell of a vehicle and what scans after the change said of it.
+/// A cell of a vehicle, and what the scans after the change said about it.
 struct CarCell {
     std::size_t i_cell;
     gpom_point_t centre;
-    bool was_wrong;      ///< When the change came, as it should be: else it tells nothing.
-    int n_witnesses = 0; ///< Scans that saw the change.
-    int n_needed = 0;    ///< Of them, until the cell was no longer wrong; 0: not yet.
+    bool was_wrong;      ///< The cell was wrong right after the change, as expected. Other cells
+                         ///< are not used.
+    int n_witnesses = 0; ///< Number of scans that saw the change.
+    int n_needed = 0;    ///< Number of these scans until the cell was no longer wrong. 0: it is
+                         ///< still wrong.
 };
 
-/// Of a vehicle that left, occupied is wrong; of one that arrived, free.
+/// After a vehicle left, occupied is wrong. After a vehicle arrived, free is wrong.
 bool is_wrong(const gpom_cell_t &cell, bool arrived)
 {
     return cell.cls == (arrived ? GPOM_FREE : GPOM_OCCUPIED);
@@ -70,7 +73,7 @@ std::vector<CarCell> car_cells(const StreetWorld &world, const gpom_config_t &co
     return found;
 }
 
-/// Where a beam passes a cell's centre: along it, and beside it.
+/// Where a beam passes a cell's centre: distance along the beam, and distance beside it.
 struct Passing {
     double along_m, across_m;
 };
@@ -82,8 +85,8 @@ Passing passing_of(const GridBeam &beam, gpom_point_t centre)
     return {c * dx_m + s * dy_m, c * dy_m - s * dx_m};
 }
 
-/// Whether beams that go on beyond a cell cross all of it, none of them farther than gap_m from the
-/// next.
+/// True if the beams that go on beyond a cell cover it: no two neighbours are farther apart than
+/// gap_m.
 bool sees_through(const std::vector<GridBeam> &beams, gpom_point_t centre, double cell_m,
                   double gap_m)
 {
@@ -127,8 +130,8 @@ void count_witnesses(std::vector<CarCell> &cells, const Scan &scan, const CarsTr
     }
 }
 
-/// Cells of interest by the number of witnesses they needed: [n] for n, [0] for never; how many of
-/// at least five witnesses have not changed yet.
+/// Number of cells by the number of scans they needed: [n] for n scans, [0] for never. Also the
+/// number of cells that five or more scans saw and that have not changed yet.
 Json summary_json(const std::vector<CarCell> &cells)
 {
     constexpr int kEnough = 5;

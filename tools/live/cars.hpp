@@ -1,4 +1,4 @@
-// Parked vehicles that leave or arrive while a live map looks on.
+// Measures how fast a live map notices parked vehicles that leave or arrive.
 #ifndef GPOM_TOOLS_LIVE_CARS_HPP
 #define GPOM_TOOLS_LIVE_CARS_HPP
 
@@ -11,25 +11,25 @@ namespace gpom_tools
 {
 
 struct CarsTrial {
-    StreetConfig street; ///< Vehicles arrive or leave on the way.
+    StreetConfig street; ///< Vehicles arrive or leave during the drive.
     LiveConfig live;
     gpom_params_t params;
     double cell_m = 0.5;
-    double seen_gap_m = 0.1; ///< Most between beams that see through a cell.
-    double spurious = 0.0;   ///< Share of the returns that become shorter, by chance.
+    double seen_gap_m = 0.1; ///< Largest spacing of beams that see through a cell.
+    double spurious = 0.0;   ///< Share of the returns that are made shorter at random.
 };
 
-/// There and back along a street, past vehicles that leave half way.
+/// A drive along a street and back, past vehicles that leave halfway.
 CarsTrial default_cars();
 
-/// After how many scans that look at it a vehicle's cell says what changed, for each, and the
-/// raster before and after.
+/// After a change, counts the scans that see a vehicle's cell until the cell is right. Reports this
+/// for each cell, and the raster before and after.
 ///
-/// A cell is a vehicle's if its centre lies in one. Vehicles leave: of those that were occupied,
-/// how many scans saw through each until it was no longer. A scan sees through a cell if its beams
-/// that go on beyond it cross all of it, none farther than seen_gap_m from the next.
-/// Vehicles arrive: of those that were free, how many scans had three returns or more from within
-/// half a cell of its centre until it was not.
+/// A cell belongs to a vehicle if its centre lies in the vehicle. If vehicles leave: for each cell
+/// that was occupied, the number of scans that saw through it until it was not occupied any more. A
+/// scan sees through a cell if its beams that go on beyond the cell cover it, with a spacing of at
+/// most seen_gap_m. If vehicles arrive: for each cell that was free, the number of scans that had
+/// at least three returns from within half a cell of its centre until it was not free any more.
 nlohmann::ordered_json cars_report(const CarsTrial &trial);
 
 } // namespace gpom_tools

@@ -17,26 +17,28 @@ namespace
 
 using Json = nlohmann::ordered_json;
 
-constexpr float kFree = 0.3f;             ///< Highest probability of free space.
+constexpr float kFree = 0.3f;             ///< Largest probability of free space.
 constexpr double kContinuousCell = 0.002; ///< [m]
-constexpr double kCells[2] = {0.05, 0.1}; ///< Of grids [m].
-constexpr double kRowBeyond = 0.3;        ///< A row reaches this far beyond both door frames [m].
-constexpr double kRadii[2] = {0.25, 0.3}; ///< Of robots [m].
-constexpr double kRadiusMax = 0.5;        ///< The largest radius is looked for up to here [m],
-constexpr double kRadiusStep = 0.004;     ///< and found to this [m].
-constexpr double kPathHalf = 0.8;         ///< Half the length of a path [m].
+constexpr double kCells[2] = {0.05, 0.1}; ///< Cell sizes of grids [m].
+constexpr double kRowBeyond = 0.3;        ///< A row extends this far beyond both door frames [m].
+constexpr double kRadii[2] = {0.25, 0.3}; ///< Radii of robots [m].
+constexpr double kRadiusMax = 0.5;        ///< Largest radius in the search [m].
+constexpr double kRadiusStep = 0.004;     ///< Accuracy of the search for the largest radius [m].
+constexpr double kPathHalf = 0.8;         ///< Half of the length of a path [m].
 constexpr double kPathSpacing = 0.01;     ///< [m]
-constexpr double kOpeningMargin = 0.1;    ///< What is this near to an opening is no plain wall [m].
-constexpr double kWallStep[2] = {0.05, 0.01};   ///< Lines across the wall, and points on them [m].
-constexpr double kPictureCell = 0.01;           ///< Finest cells of a picture [m].
+constexpr double kOpeningMargin = 0.1;    ///< Parts of the wall this near to an opening are not
+                                          ///< plain wall [m].
+constexpr double kWallStep[2] = {0.05, 0.01};   ///< Spacing of lines across the wall, and of points
+                                                ///< on them [m].
+constexpr double kPictureCell = 0.01;           ///< Smallest cells of a picture [m].
 constexpr double kPictureHalf[2] = {0.75, 0.5}; ///< [m]
 
-/// Enough for all cells.
+/// Enough operations for all cells.
 constexpr std::uint64_t kWholeStepOps = std::uint64_t{1} << 40;
 
 using Points = std::vector<gpom_point_t>;
 
-/// One way to know what is free. `ask` gives NaN where nothing is known.
+/// One method that knows which space is free. `ask` gives NaN for unknown places.
 struct Method {
     std::string name;
     double cell_m;
@@ -50,7 +52,7 @@ double centre_of_cell(double at_m, double cell_m)
 
 // ---- maps ---------------------------------------------------------------------------------------
 
-/// A live map with its low-resolution map, and OctoMap with the same cells.
+/// A live map with its low-resolution map, and OctoMap with cells of the same size.
 struct Maps {
     Maps(const gpom_config_t &map_config, double cell)
         : config(map_config), cell_m(cell), live(map_config),
@@ -82,7 +84,7 @@ gpom_config_t door_config(const DoorTrial &trial, const StreetWorld &world, doub
     return config;
 }
 
-/// The low-resolution map as it is now: the cells are copied.
+/// The low-resolution map as it is now. Its cells are copied.
 Method lowres_method(const Maps &maps)
 {
     return {"lowres", maps.cell_m,
@@ -112,7 +114,7 @@ Method octomap_method(const Maps &maps)
             }};
 }
 
-/// All ways to know, once the low-resolution maps are complete.
+/// All methods. The low-resolution maps must be complete.
 std::vector<Method> methods_of(std::vector<std::unique_ptr<Maps>> &all)
 {
     std::vector<Method> methods{
@@ -131,7 +133,7 @@ std::vector<Method> methods_of(std::vector<std::unique_ptr<Maps>> &all)
 
 // ---- widths -------------------------------------------------------------------------------------
 
-/// Width of the connected cells about one of them that are free. NaN is not free.
+/// Width of the connected free cells around cell i_middle. NaN is not free.
 double free_stretch_m(const std::vector<double> &probabilities, std::size_t i_middle,
                       const Method &method, float p_free)
 {
@@ -187,7 +189,7 @@ Json path_json(const HostMap &map, const Door &door, double radius_m, const gpom
             {"not_occupied", result.probability < params.p_occupied}};
 }
 
-/// Largest radius of a robot that gets through free space, by halves.
+/// Largest radius of a robot that fits through the free space, by bisection.
 double radius_max_m(const HostMap &map, const Door &door)
 {
     const float above = std::nextafter(kFree, 1.0f);
@@ -210,7 +212,7 @@ bool is_plain_wall(const Corridor &corridor, double x_m)
     });
 }
 
-/// Of lines across the wall beside the doors, the one that is the most free.
+/// The line across the wall, beside the doors, that is most free.
 Json wall_json(const HostMap &map, const Corridor &corridor)
 {
     Json most_free = {{"p_max", 1.0}};
@@ -231,7 +233,7 @@ Json wall_json(const HostMap &map, const Corridor &corridor)
 
 // ---- reports ------------------------------------------------------------------------------------
 
-/// Cells about a door, row by row from the lowest y; -1: unknown.
+/// Cells around a door, row by row from the lowest y. -1: unknown.
 Json picture_json(const Method &method, const Door &door)
 {
     const double cell_m = std::max(method.cell_m, kPictureCell);
@@ -277,7 +279,7 @@ Json door_json(const DoorTrial &trial, const std::vector<Method> &methods, const
             {"paths", paths},          {"radius_max_m", radius_max_m(map, door)}};
 }
 
-/// What the maps say after a part of the drive.
+/// Results of the maps after one part of the drive.
 Json stage_json(const DoorTrial &trial, const Corridor &corridor,
                 std::vector<std::unique_ptr<Maps>> &all, bool picture)
 {
@@ -320,7 +322,7 @@ Json run_json(const DoorTrial &trial, std::uint64_t seed, bool picture)
     return run;
 }
 
-/// Worst and median of one figure of the runs, the one that `figure` takes from a run's door.
+/// Worst and median of one figure over the runs. `figure` reads it from a run's door.
 Json spread_json(const Json &runs, const std::string &stage, std::size_t i_door,
                  const std::function<double(const Json &)> &figure, bool most_is_worst)
 {

@@ -16,7 +16,7 @@
 namespace gpom
 {
 
-/// A part that counts the items a search looks at.
+/// A part that also counts the items that a search compares.
 template <class Part> struct Counted : Part {
     std::uint64_t *n_items;
 };
@@ -39,8 +39,8 @@ using Clock = std::chrono::steady_clock;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kTenths = 10;
-constexpr std::size_t kPlacesAsked = 200; ///< About the robot, at the end of each tenth,
-constexpr double kAskedWithin = 20.0;     ///< at most so far along each axis [m].
+constexpr std::size_t kPlacesAsked = 200; ///< Places around the robot, at the end of each tenth.
+constexpr double kAskedWithin = 20.0;     ///< Largest distance of these places along each axis [m].
 
 double seconds_since(Clock::time_point start)
 {
@@ -73,7 +73,7 @@ std::uint64_t items_of(const gpom_map_t &map, const Part &part, std::uint32_t k,
     return n_items;
 }
 
-/// Beams whose distance a query of one place takes, on average over places about the robot.
+/// Mean number of beams whose distance a query computes, over places around the robot.
 double items_per_query(const gpom_map_t &map, const Scan &scan, ProtocolRandom &random)
 {
     std::uint64_t n_items = 0;
@@ -88,7 +88,7 @@ double items_per_query(const gpom_map_t &map, const Scan &scan, ProtocolRandom &
     return static_cast<double>(n_items) / static_cast<double>(kPlacesAsked);
 }
 
-/// Of one tenth of the drive.
+/// Sums over one tenth of the drive.
 struct Tenth {
     std::size_t n_scans = 0;
     std::uint64_t ops = 0, ops_max = 0;
@@ -122,7 +122,7 @@ HostMap map_of(const DriveConfig &drive)
     return HostMap(config);
 }
 
-/// What one scan took.
+/// Cost of one scan.
 struct Cost {
     double insert_s, step_s;
     std::uint64_t ops;
@@ -154,7 +154,7 @@ double median(std::vector<double> values)
     return *middle;
 }
 
-/// Costs of the scans after the map was full, for one run.
+/// Costs of the scans of one run after the map was full.
 std::vector<Cost> full_map_costs(const InsertBench &bench)
 {
     HostMap map = map_of(bench.drive);
@@ -175,8 +175,8 @@ std::vector<Cost> full_map_costs(const InsertBench &bench)
     return costs;
 }
 
-/// Mean and largest of the scans' medians over the runs: what other programs on the machine add to
-/// one run is not the library's.
+/// Mean and largest of the medians of each scan over the runs. The median removes the load of other
+/// programs on the machine.
 Json time_json(const std::vector<std::vector<Cost>> &runs, double Cost::*time_s)
 {
     double sum_s = 0.0, max_s = 0.0;

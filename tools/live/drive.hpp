@@ -1,4 +1,4 @@
-// Long simulated drives: what a live map costs on its way.
+// Long simulated drives: measures the cost of a live map over time.
 #ifndef GPOM_TOOLS_LIVE_DRIVE_HPP
 #define GPOM_TOOLS_LIVE_DRIVE_HPP
 
@@ -12,28 +12,29 @@
 namespace gpom_tools
 {
 
-/// A robot that goes round and round a town, ten scans a second.
+/// A robot that drives round and round a town, with ten scans a second.
 struct DriveConfig {
     StreetConfig town; ///< n_scans is the length of the drive.
     LiveConfig live;
     gpom_params_t params;
-    double cell_m = 0.5;            ///< Of a low-resolution map that follows the robot,
-    std::uint16_t n_cells_side = 0; ///< a square of so many cells a side; 0: there is none.
+    double cell_m = 0.5;            ///< Cell size of a low-resolution map that follows the robot.
+    std::uint16_t n_cells_side = 0; ///< Cells along each side of this square map. 0: there is no
+                                    ///< such map.
 };
 
-/// 180 beams, 0.4 m from scan to scan, in a town of 300 m x 200 m; a map of 20,000 beams.
+/// 180 beams, 0.4 m between scans, a town of 300 m x 200 m, and a map of 20,000 beams.
 DriveConfig default_drive();
 
-/// Throws std::runtime_error if the drive has no scans, or over 10 million.
+/// Throws std::runtime_error if the drive has no scans or more than 10 million.
 void check_length(const DriveConfig &drive);
 
-/// Visit the scans of a drive one by one; visit() tells whether to go on.
+/// Visit the scans of a drive one by one. visit() returns whether to go on.
 void for_each_scan(const DriveConfig &drive, const std::function<bool(const Scan &)> &visit);
 
-/// Memory, work and query cost from start to end, in tenths of the drive.
+/// Memory, work and query cost over the drive, for each tenth.
 nlohmann::ordered_json drive_report(const DriveConfig &drive);
 
-/// Times of scans once so many beams are kept, over several runs of the same drive.
+/// Times of scans after n_kept beams are kept, over several runs of the same drive.
 struct InsertBench {
     DriveConfig drive;
     std::size_t n_kept = 20000;

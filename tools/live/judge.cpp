@@ -17,10 +17,10 @@ namespace
 
 using Json = nlohmann::ordered_json;
 
-/// Scans of a street whose beams say which places are near one.
+/// Number of a street's scans whose beams decide which places are near a beam.
 constexpr std::size_t kNearScans = 50;
 
-/// Stream of numbers besides the split's, which has the seed itself.
+/// Random stream that differs from the split's, which uses the seed itself.
 constexpr std::uint64_t kDrawSeed = 2000;
 
 JudgeData street_data(const JudgeOptions &options)
@@ -54,8 +54,8 @@ MethodResult judged(const std::vector<gpom_answer_t> &answers, const TestSet &te
     return judged(std::move(method), test);
 }
 
-/// What the thresholds of the parameters mean: how many of the points called free are occupied, how
-/// many of those called occupied are free, and how many of all stay unsure.
+/// Results of the thresholds of the parameters: how many of the points called free are occupied,
+/// how many of the points called occupied are free, and how many points are unsure.
 Json classes_json(const std::vector<gpom_answer_t> &answers, const std::vector<TestPoint> &points)
 {
     double n_free = 0.0, n_occupied = 0.0, n_free_wrong = 0.0, n_occupied_wrong = 0.0;
@@ -74,7 +74,7 @@ Json classes_json(const std::vector<gpom_answer_t> &answers, const std::vector<T
             {"unsure", (n - n_free - n_occupied) / n}};
 }
 
-/// A test set without a profile gives none.
+/// Without a profile in the test set, the result has no profile.
 Json accuracy_json(const HostMap &map, const TestSet &test)
 {
     const std::vector<gpom_answer_t> answers = map.query(places_of(test));
@@ -94,10 +94,10 @@ Json accuracy_json(const HostMap &map, const TestSet &test)
     return json;
 }
 
-/// A reading that a map can use.
-bool is_beam(float range_m) { return range_m > 0.0f; } // NaN fails
+/// True if a map can use a reading.
+bool is_beam(float range_m) { return range_m > 0.0f; } // NaN gives false
 
-/// NaN for all beams but n, chosen at random: Knuth, The Art of Computer Programming, vol. 2,
+/// Keep n random beams and set all others to NaN: Knuth, The Art of Computer Programming, vol. 2,
 /// algorithm 3.4.2 S.
 std::vector<Scan> drawn(std::vector<Scan> scans, std::size_t n, std::uint64_t seed)
 {
@@ -122,7 +122,8 @@ std::vector<Scan> drawn(std::vector<Scan> scans, std::size_t n, std::uint64_t se
     return scans;
 }
 
-/// The map of a drive, and the work of its steps. advance(n): the first n scans are in it.
+/// Drive a map through all scans and record the work of its steps. Calls advance(n) when the first
+/// n scans are in the map.
 template <class Advance>
 Json drive(HostMap &map, const std::vector<Scan> &scans, std::uint64_t step_ops,
            const Advance &advance)

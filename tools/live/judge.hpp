@@ -1,4 +1,4 @@
-// How much a live map knows, by points it has not seen.
+// Measures the accuracy of a live map at points that it has not seen.
 #ifndef GPOM_TOOLS_LIVE_JUDGE_HPP
 #define GPOM_TOOLS_LIVE_JUDGE_HPP
 
@@ -16,37 +16,39 @@ namespace gpom_tools
 
 struct JudgeOptions {
     std::string scans_path;
-    std::string truth_path; ///< Of a street; none for a log.
+    std::string truth_path; ///< For a street. Empty for a log.
     std::string params_path;
     LiveConfig live;
     ReadOptions reading;
-    double fraction = 0.9;       ///< Of a log's returns make the map, the others judge it.
-    double spurious = 0.0;       ///< Share of the map's returns that become shorter, by chance.
-    std::size_t n_points = 4000; ///< Of a street, those away from its beams left out.
+    double fraction = 0.9;       ///< Share of a log's returns that make the map. The others judge
+                                 ///< it.
+    double spurious = 0.0;       ///< Share of the map's returns that are made shorter at random.
+    std::size_t n_points = 4000; ///< For a street. Points away from its beams are left out.
     std::uint64_t seed = 0;
 };
 
-/// What makes a live map, and what judges it.
+/// The data that make a live map, and the data that judge it.
 struct JudgeData {
     std::vector<Scan> scans;
     std::vector<TestPoint> points;
     std::vector<ProfilePlace> profile{};
-    std::vector<GridBeam> others{}; ///< Of a log: beams that the map does not get.
+    std::vector<GridBeam> others{}; ///< For a log: beams that the map does not get.
 };
 
-/// What options.scans_path and options.truth_path give; throws FileError.
+/// Read options.scans_path and options.truth_path. Throws FileError.
 JudgeData judge_data(const JudgeOptions &options);
 
-/// The live map of all scans in their order, stepped after each.
+/// The live map of all scans in order, with a step after each scan.
 HostMap live_map(const gpom_params_t &params, const LiveConfig &live,
                  const std::vector<Scan> &scans);
 
-/// Accuracy of that map.
+/// Accuracy of this live map.
 Metrics live_accuracy(const gpom_params_t &params, const LiveConfig &live, const JudgeData &data);
 
-/// The live map of all scans in their order, stepped after each, against a map of as many beams
-/// drawn at random from the same scans: accuracy and profile, of a log also accuracy at places that
-/// had not changed when it ended (unchanged_points.hpp), counts by cause, memory and work.
+/// Compare the live map of all scans with a map of the same number of beams, drawn at random from
+/// the same scans. Reports accuracy and profile, counts by cause, memory and work. For a log it
+/// also reports the accuracy at places that had not changed when the log ended
+/// (unchanged_points.hpp).
 nlohmann::ordered_json judge_report(const JudgeOptions &options);
 
 } // namespace gpom_tools

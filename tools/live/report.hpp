@@ -1,4 +1,4 @@
-// What became of scans and beams, for programs.
+// Counters of scans and beams, as JSON.
 #ifndef GPOM_TOOLS_LIVE_REPORT_HPP
 #define GPOM_TOOLS_LIVE_REPORT_HPP
 
@@ -9,7 +9,7 @@
 namespace gpom_tools
 {
 
-/// Every counter under its name in gpom_stats_t.
+/// Every counter, under its name in gpom_stats_t.
 inline nlohmann::ordered_json counts_json(const gpom_stats_t &stats)
 {
     return {{"scans_inserted", stats.scans_inserted},

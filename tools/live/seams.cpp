@@ -12,11 +12,11 @@ namespace
 
 using Json = nlohmann::ordered_json;
 
-/// Lines draw from another stream than what else has their seed.
+/// Lines use a random stream of their own, so that other users of the seed are not affected.
 constexpr std::uint64_t kSeamSeed = 4000;
 constexpr double kPi = 3.14159265358979323846;
 
-/// n + 1 places from one to another, both among them.
+/// n + 1 places on a line, with both ends.
 std::vector<gpom_point_t> places_between(gpom_point_t from, gpom_point_t to, std::size_t n)
 {
     std::vector<gpom_point_t> places;
@@ -36,7 +36,7 @@ void count(SeamCounts &counts, double difference)
     }
 }
 
-/// The largest difference of neighbouring places from one to another.
+/// Largest difference between neighbouring places on a line.
 double jump_between(const AskMap &ask, gpom_point_t from, gpom_point_t to)
 {
     const std::vector<double> p = ask(places_between(from, to, kSeamParts));

@@ -13,18 +13,19 @@ namespace gpom_tools
 /// Add all options except the capacity, which gpom-query names itself.
 inline std::vector<CLI::Option *> add_live_options(CLI::App &app, LiveConfig &live)
 {
-    return {app.add_option("--keep", live.keep_m,
-                           "A return this near to a kept hit confirms it and is not kept [m]")
-                ->check(CLI::Range(1e-3, 100.0))
-                ->capture_default_str(),
-            app.add_option("--clear-scans", live.clear_scans,
-                           "Scans in a row that must see through a hit before it goes; 0: never")
-                ->check(CLI::IsMember({0, 2, 3, 4}))
-                ->capture_default_str(),
-            app.add_option("--step-ops", live.step_ops,
-                           "Budget of the work after each scan [operations]")
-                ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53))
-                ->capture_default_str()};
+    return {
+        app.add_option("--keep", live.keep_m,
+                       "A return this near to a kept hit confirms it and is not kept [m]")
+            ->check(CLI::Range(1e-3, 100.0))
+            ->capture_default_str(),
+        app.add_option("--clear-scans", live.clear_scans,
+                       "A hit is removed when this many scans in a row see through it; 0: never")
+            ->check(CLI::IsMember({0, 2, 3, 4}))
+            ->capture_default_str(),
+        app.add_option("--step-ops", live.step_ops,
+                       "Budget of the work after each scan [operations]")
+            ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53))
+            ->capture_default_str()};
 }
 
 inline CLI::Option *add_capacity_option(CLI::App &app, LiveConfig &live)

@@ -5,10 +5,11 @@ usage: exact-gp BEAMS.csv POINTS.csv OUT.csv
   BEAMS   x,y,bearing,range,hit in m and rad; hit 0: free up to the range
   POINTS  x,y
   OUT     probability of occupancy of each point
-Returns are +1; a -1 stands every 4 m along each beam's free part, from its far end back to the
-sensor: of the placements tried the best by far (NLL on five streets 0.30; from the sensor outwards
-0.37). Matern-1/2 covariance of length 8 m, noise variance 0.03, nothing fitted; p = Phi(mean /
-standard deviation). Exit code 3 where scikit-learn is not installed.
+Returns have label +1. Free points have label -1 and stand every 4 m along each beam's free part,
+from its far end back to the sensor. This placement was much the best of those tried (NLL on five
+streets 0.30; from the sensor outwards 0.37). Matern-1/2 covariance of length 8 m, noise variance
+0.03, without any fit; p = Phi(mean / standard deviation). Exit code 3: scikit-learn is not
+installed.
 """
 import csv
 import os
@@ -38,7 +39,7 @@ def read_rows(path, n_columns):
 
 
 def training_points(beams):
-    """Places and labels, hits before free points of each beam."""
+    """Places and labels. The hit of each beam comes before its free points."""
     places, labels = [], []
     for x, y, bearing, reach, hit in beams:
         direction = np.array([np.cos(bearing), np.sin(bearing)])

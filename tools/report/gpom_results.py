@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Judge every method on every log and on simulated streets, and write the tables of RESULTS.md.
 
-Each number is gpom-eval's; each table says by which commands. Logs that are not in the data folder
-are left out, and said so.
+The figures come from the tools of the build. Each table names its commands. Logs that are not in
+the data folder are left out, and the document says which.
 """
 import argparse
 import contextlib
@@ -28,20 +28,20 @@ EXIT_USAGE = 2
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 NEIGHBOURS = "8,16,32"
 MANY_NEIGHBOURS = "8,16,32,64,128,256"
-# Someone has to judge: all beams are nine in ten, for learning too.
+# "All beams" means nine of ten, also for learning, because the others judge.
 TRAINING_SHARE_MAX = 0.9
 # The paper's model in the paper's frame, for the paper's claim about few neighbours.
 PAPER_PARAMS = "tools/params/street_paper.toml"
-# Of compact support, for more neighbours than 64.
+# A kernel of compact support, for more than 64 neighbours.
 ASKEY_PARAMS = "tools/params/street_askey.toml"
-# Where the paper's learning stands beside ours, and the presets beside what the log has taught.
+# The share at which our learning is compared with the paper's learning and with the presets.
 LML_SHARE = 0.04
-# Of the returns that live maps get, for gpom-eval.
+# The share for gpom-eval that matches the returns of live maps.
 SHARE_OF_LIVE = 1.0
 
 
 class ResultsError(Exception):
-    """Something that one line can say."""
+    """An error, in one line."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ LOGS = (Log("intel", "indoor", 49), Log("csail", "indoor", 49), Log("seattle", "
 
 @dataclass(frozen=True)
 class Job:
-    """One run of gpom-eval, after the runs of gpom-learn whose words `learnings` has; `$DATA` and
+    """One run of gpom-eval. The runs of gpom-learn in `learnings` come before it. `$DATA` and
     `$STREETS` in the words stand for folders."""
     table: str
     data: str
@@ -75,7 +75,7 @@ class Job:
 
 
 def seedless(tool, words):
-    """A command line in which the seed is a variable."""
+    """A command line with the seed as a variable."""
     if "--seed" not in words:
         return " ".join([tool, *words])
     seed = words[words.index("--seed") + 1]
@@ -87,7 +87,7 @@ def seedless(tool, words):
 # ---- jobs ---------------------------------------------------------------------------------------
 
 def params_of(preset):
-    """Parameter file of a preset; the indoor one where it has none yet."""
+    """Parameter file of a preset. The indoor preset's file, if the preset has none yet."""
     path = f"tools/params/{preset}.toml"
     return path if (ROOT / path).is_file() else "tools/params/indoor.toml"
 
@@ -97,19 +97,19 @@ def shipped_presets():
 
 
 def plain_params(own):
-    """Of the paper's model alone, learnt for it: NAME_plain.toml beside NAME.toml."""
+    """Parameters learnt for the paper's model only: NAME_plain.toml beside NAME.toml."""
     return own.replace(".toml", "_plain.toml")
 
 
 def other_params(own):
-    """Every other preset, and this one's plain model, to compare with."""
+    """All other presets, and this preset's plain model, to compare with."""
     names = [f"tools/params/{preset}.toml" for preset in PRESETS] + [plain_params(own or ".")]
     return tuple(name for name in names if name != own and (ROOT / name).is_file())
 
 
 def log_job(log, split, fraction, seed):
-    """Held-out beams: learnt on the very beams that make the map. Held-out runs: a preset, as
-    learning draws its beams from all scans."""
+    """Held-out beams: learn on the beams that make the map. Held-out runs: take a preset, because
+    learning would draw its beams from all scans, also from the held-out ones."""
     kept = min(fraction, TRAINING_SHARE_MAX)
     source = ("--scans", f"$DATA/{log.name}.log.gz", "--range-max", str(log.range_max_m),
               "--fraction", str(kept), "--seed", str(seed))
@@ -178,7 +178,7 @@ def live_jobs(arguments, logs):
 
 
 class Runner:
-    """Runs tools of one build with a folder for what they write."""
+    """Runs tools of one build. They write into a folder."""
 
     def __init__(self, build, data, folder):
         self.build, self.data, self.folder = build, data, folder
@@ -208,7 +208,7 @@ class Runner:
         return json.loads((self.folder / f"{job.name()}.json").read_text(encoding="utf-8"))
 
     def report(self, job):
-        """What the folder has of the same commands, or else what they say now."""
+        """The report in the folder from the same commands, or else a new report."""
         path = self.folder / f"{job.name()}.report"
         if path.is_file():
             kept = json.loads(path.read_text(encoding="utf-8"))
@@ -247,36 +247,37 @@ that made each of them.
 
 METHOD = """## How it is judged
 
-A log: at most 600 scans, evenly taken. Split *beams*: each return makes the map with the
-probability *share* (1.0 stands for 0.9), 6000 of the others judge it: 3000 give an occupied point
-5 cm beyond the return, 3000 a free one before it: every second anywhere on the beam, the others on
-its last 0.5 m, all of them 5 cm or more before the return. Split *runs*: two runs of 40 consecutive
-scans judge, the map never sees them. A street: random places of the whole area with the simulator's
-truth.
+A log: at most 600 scans, taken evenly. Split *beams*: each return goes into the map with the
+probability *share* (1.0 means 0.9). 6000 of the other returns judge the map. 3000 of them give an
+occupied point 5 cm beyond the return. The other 3000 give a free point before the return: every
+second one anywhere on the beam, the others on its last 0.5 m, all at least 5 cm before the return.
+Split *runs*: two runs of 40 consecutive scans judge the map, which never gets them. A street:
+random places in the whole area judge, with the simulator's truth.
 
 AUC: area under the ROC curve. FP@95: false-positive rate at true-positive rate 0.95. NLL: mean
 negative log likelihood, probabilities clipped to [0.001, 0.999]. ECE: expected calibration error in
-ten bins. Band: the points within 0.5 m of the return of their beam; on streets those within 0.5 m
-of the true surface and within 5 m of a beam. Logs: mean over the split seeds, in brackets the
-spread, largest minus smallest.
+ten bins. Band: the points within 0.5 m of the return of their beam. On streets: the points within
+0.5 m of the true surface and within 5 m of a beam. Logs: mean over the split seeds, with the spread
+(largest minus smallest) in brackets.
 
-Before and behind surfaces: what a map says at an offset from the return along 3000 held-out beams,
-negative before it, where it is free; on streets by the distance from the true surface, at 3000
-places of it that the sensor could see. "p = .5 at": where the mean probability rises to one half,
-linear between the offsets. Free means a probability of at most 0.3, occupied of at least 0.7. A
-beam that grazes a wall is nearer to it than its offset says, so that no map reaches 100 %. The
-truth of a street has cells of 0.25 m, which blurs its surface by half a cell.
+Before and behind surfaces: the map's answers at offsets from the return, along 3000 held-out beams.
+An offset is negative before the return, in free space. On streets it is the distance from the true
+surface, at 3000 places of the surface that the sensor could see. "p = .5 at": the offset at which
+the mean probability rises to one half, interpolated between the offsets. Free means a probability
+of at most 0.3, occupied of at least 0.7. A beam that grazes a wall is nearer to the wall than its
+offset, so no map reaches 100 %. The truth of a street has cells of 0.25 m, which blurs its surface
+by half a cell.
 
-On the logs' held-out beams the GP's parameters are learnt by `gpom-learn` from the beams that make
-the map, as a vehicle would on its way; on held-out runs and on streets they are a preset's.
-"GP, lml" is learnt from the same beams as in the paper: its covariance by the log marginal
-likelihood, then the sigmoid by leave-one-out.
+For held-out beams of logs, `gpom-learn` learns the GP's parameters from the beams that make the
+map, as a vehicle would during a drive. For held-out runs and for streets, the parameters are those
+of a preset. "GP, lml" is learnt from the same beams in the way of the paper: the covariance by the
+log marginal likelihood, then the sigmoid by leave-one-out.
 
-The strong grid, OctoMap and the occupancy grids get the cell size with the least NLL on the very
-points that judge them, the occupancy grids the sensor model, too: the choice favours them. Cells of
-logs go down to 0.05 m. The strong grid learns its scaling
-from beams it leaves out, on streets too, where points behind walls are judged as well. FP@95 is 1
-where over 5 % of the occupied points have the least probability that a clamped map can give.
+The strong grid, OctoMap and the occupancy grids get the cell size with the least NLL on the test
+points themselves. The occupancy grids also get the best sensor model. These choices favour the
+rivals. The smallest cells tried on logs are 0.05 m. The strong grid learns its scaling from beams
+that it leaves out, also on streets, where points behind walls judge, too. FP@95 is 1 if over 5 % of
+the occupied points have the least probability that a clamped map can give.
 """
 
 BENCH_COMMAND = "```\nmake bench\n```\n"
@@ -284,11 +285,12 @@ BENCH_COMMAND = "```\nmake bench\n```\n"
 SHARE_TITLES = {0.04: "4 %", 0.25: "25 %", 1.0: "100 % (90 % for the map)"}
 
 
-SPEED = """Medians of one run on one core: the paper's model with Matern-1/2, of maps named -nn
-with the paper's covariance; n points, half of them hits. *x brute*, *x tree*: against plain Eigen
-of dynamic size with brute force, and with our tree, both compiled for any x86-64. *x sklearn*:
-against scikit-learn's solve alone. *time / nanoflann*: a whole query over nanoflann's search of the
-hits alone. *solve of peak*: part of the measured peak of multiply-adds.
+SPEED = """Medians of one run on one core: the paper's model with Matern-1/2, or with
+the paper's covariance for maps named -nn. n is the number of points, half of them hits. *x brute*,
+*x tree*: speed compared with plain Eigen of dynamic size, with brute force and with our tree, both
+compiled for any x86-64. *x sklearn*: speed compared with scikit-learn's solve only. *time /
+nanoflann*: time of a whole query over the time of nanoflann's search of the hits only. *solve of
+peak*: part of the measured peak of multiply-adds.
 """
 
 
@@ -312,7 +314,7 @@ def street_sections(figures, jobs, streets, bench):
     for part, title in (("near", "within 5 m of a beam"), ("all", "whole area")):
         yield f"## Streets, {title}\n"
         yield commands_of([job for job in jobs if job.table == "street"])
-        yield "Cells: AUC / FP@95 / NLL; in brackets the spread over the streets.\n"
+        yield "Cells: AUC / FP@95 / NLL, with the spread over the streets in brackets.\n"
         yield street_table(figures, streets, part)
     yield "Before and behind the true surface, means over the streets:\n"
     yield street_profile_table(figures, streets)
@@ -400,7 +402,7 @@ def odometry_sections(figures, jobs, n_seeds):
 
 
 def speed_sections(bench):
-    """All that `make bench` printed but the solves of many neighbours, which have their table."""
+    """The output of `make bench` without the solves of many neighbours, which have a table."""
     if bench is None:
         return
     yield "## Speed beside others\n"
@@ -479,13 +481,13 @@ def parse_arguments():
     parser.add_argument("--drive", type=int, choices=range(0, 10_000_001), default=864_000,
                         metavar="N", help="scans of the long drive (default: 864000, ten minutes)")
     parser.add_argument("--bench", metavar="DIR", type=pathlib.Path,
-                        help="what `make bench` wrote: speed.json, ratios.txt (default: left out)")
+                        help="folder of `make bench`: speed.json, ratios.txt (default: left out)")
     parser.add_argument("--odometry", type=int, choices=range(0, 101), default=10, metavar="N",
                         help="drives with odometry of seeds 0 to N - 1 (default: 10)")
     parser.add_argument("--reports", metavar="DIR", type=pathlib.Path,
-                        help="folder that keeps what each run said; a run whose commands have not "
-                             "changed is not repeated: remove the folder when the tools or presets "
-                             "have (default: nothing is kept)")
+                        help="folder that keeps the report of each run. A run is not repeated if "
+                             "its commands have not changed. Remove the folder when tools or "
+                             "presets have changed (default: nothing is kept)")
     parser.add_argument("--jobs", type=int, choices=range(1, 65), default=2, metavar="N",
                         help="runs at once (default: 2)")
     return parser.parse_args()
@@ -508,7 +510,7 @@ def make_results(arguments):
             print(f"gpom-results: {log.name} left out: no {arguments.data / log.name}.log.gz")
     jobs = all_jobs(arguments, logs) + live_jobs(arguments, logs)
     if not jobs:
-        raise ResultsError("nothing to judge: no logs, no streets and no drives")
+        raise ResultsError("nothing to do: no logs, no streets and no drives")
     with contextlib.ExitStack() as stack:
         folder = arguments.reports or pathlib.Path(stack.enter_context(
             tempfile.TemporaryDirectory(prefix="gpom-results-")))

@@ -1,56 +1,58 @@
 """The live map's sections of RESULTS.md: figures of gpom-live as Markdown tables."""
 from profile_cells import PROFILE_TITLES, profile_cells
 
-# Keys that lead to a figure, and its title.
+# Keys of a figure in a report, and its title.
 METRICS = ((("auc",), "AUC"), (("fp_at_tp95",), "FP@95"), (("nll",), "NLL"), (("ece",), "ECE"),
            (("band", "nll"), "NLL, band"), (("band", "ece"), "ECE, band"))
 MORE_IS_BETTER = (("auc",),)
 COUNTS = ("beams_known", "beams_contradicting", "beams_redundant", "beams_evicted_redundant",
           "beams_evicted_contradicted", "beams_not_confirmed", "hits_cleared", "free_cleared")
-# What `gpom-live judge` is told beside the log.
+# Further words for `gpom-live judge`, beside the log.
 TRIALS = {"live": (), "spurious": ("--spurious", "0.05")}
 TITLES = {"live": "what is worth keeping", "spurious": "spurious returns"}
-# Maps whose parameters their own beams taught.
+# Maps with parameters learnt from their own beams.
 LEARNT = "live learnt"
-# Where ten seeds would say no more.
+# Number of seeds where ten seeds would give no more information.
 FEW_SEEDS = 3
 # Neighbours fade in live maps.
 FADING = ("--fix", "fading=2")
-# What a free place counts in learning for a live map (gpom-learn --free-weight).
+# Weight of a free place in learning for a live map (gpom-learn --free-weight).
 FREE_WEIGHTS = {"indoor": "1.4", "campus": "1"}
 LEARNT_MODEL = ("--kernel", "matern12", "--model", "noise,anisotropy,vote,line")
 SEAMS = "seams"
 SEAMS_TEXT = """\
-Along 500 random lines of 1 m through places on held-out beams (streets: at random places near
-beams): neighbouring places 2 mm apart whose probabilities differ by more than a bound, for each
-metre, and the largest difference. A jump is what is left of a difference where the places are
-0.03 mm apart: the rest was a steep slope. Means over the seeds; the largest of all.
+Measured along 500 random lines of 1 m through places on held-out beams (streets: through random
+places near beams). The table has the number of neighbouring places, 2 mm apart, whose probabilities
+differ by more than a bound, for each metre, and the largest difference. A jump is the part of a
+difference that is left when the places are 0.03 mm apart. The rest is a steep slope. Means over the
+seeds, and the largest difference of all.
 """
 DOORS = "doors"
 DOORS_TEXT = """\
-A corridor with three doors, a laser of 180 beams with 1 cm noise. First the robot drives past them
-alone, then through them. Free: p <= 0.3. Widths: the worst of ten runs, in brackets the median;
-robots: the runs in which a disc of this radius may go through (`gpom_path_query`).
+A corridor with three doors, and a laser of 180 beams with 1 cm noise. First the robot only drives
+past the doors, then through them. Free: p <= 0.3. Widths: the worst of ten runs, with the median in
+brackets. Robots: the runs in which a disc of this radius fits through (`gpom_path_query`).
 """
 SURFACES_TEXT = """\
-Live maps as below: all scans in order, nine returns in ten, at most 16,384 beams kept; the other
-returns judge. "Learnt": parameters that `gpom-learn` took from the very returns that make the map.
-Rivals: from the tables above, nine returns in ten of at most 600 scans, all kept, each with its
-best setting. Means over the seeds, in brackets the spread.
+Live maps as below: nine of ten returns of all scans in order, with at most 16,384 beams kept. The
+other returns judge. "Learnt": `gpom-learn` learnt the parameters from the returns that make the
+map. Rivals: from the tables above, with nine of ten returns of at most 600 scans, all kept, and
+each rival's best setting. Means over the seeds, with the spread in brackets.
 """
 TEXT = """\
-All scans in order, nine returns in ten, into a map of 16,384 beams, against as many beams drawn at
-random from the same; the other returns judge. In brackets the spread over the seeds.
+Nine of ten returns of all scans, in order, go into a map of 16,384 beams. It is compared with a map
+of the same number of beams, drawn at random from these returns. The other returns judge. The spread
+over the seeds is in brackets.
 """
 SPURIOUS_TEXT = """\
-One return in twenty of those that make the maps is too short, by any part of its range, as from
-dust, rain or another laser.
+One of twenty returns that make the maps is too short, by a random part of its range, as dust, rain
+or another laser can cause it.
 """
 UNCHANGED_TEXT = """\
-The same without the places that changed: a return judges also when what it came from has left
-since, and the map rightly calls its place free. Left out are occupied points which the last five
-scans that saw the place looked through (a beam passes within 0.05 m and goes on for 0.5 m; no
-return within 0.15 m).
+The same without the places that changed. A return judges even if the thing that it came from has
+left later. The map then calls the place free, which is right, but counts as an error above. This
+table leaves out an occupied point if the last five scans that saw its place looked through it (a
+beam passes within 0.05 m and goes on for 0.5 m, and there is no return within 0.15 m).
 """
 
 
@@ -66,7 +68,7 @@ def judge_words(log, seed, trial):
 
 
 def learnt_words(log, seed):
-    """Words of gpom-live, and of the run of gpom-learn before it, on the beams of the same map."""
+    """Words of gpom-live, and of gpom-learn, which runs before it on the beams of the same map."""
     params = f"$STREETS/{log.name}-live-seed-{seed}/live.toml"
     learn = (*log_words(log), "--training-of", str(seed), "--seed", str(seed), *LEARNT_MODEL,
              *FADING, "--free-weight", FREE_WEIGHTS[log.preset], "--out", params)
@@ -103,7 +105,7 @@ def mean_and_spread(values):
 
 
 def seeds_ahead(reports, metric):
-    """On how many seeds the kept beams are better than as many at random."""
+    """Number of seeds on which kept beams are better than the same number at random."""
     gains = [figure_of(report["live"], metric) - figure_of(report["random"], metric)
              for report in reports]
     n_ahead = sum(gain > 0 if metric in MORE_IS_BETTER else gain < 0 for gain in gains)
@@ -111,8 +113,8 @@ def seeds_ahead(reports, metric):
 
 
 def accuracy_table(reports):
-    """Header and rows. reports: of each log's name, those of `gpom-live judge`, seed by seed, or
-    what they say of the places that did not change."""
+    """Header and rows. reports: for each log's name the reports of `gpom-live judge`, seed by seed,
+    or their parts about places that did not change."""
     rows = []
     for name, of_seeds in reports.items():
         for key, label in (("live", "kept"), ("random", "as many at random")):
@@ -130,8 +132,8 @@ def few_seeds(n_seeds):
 
 
 def surface_table(reports, logs, rivals_of):
-    """Live maps with learnt parameters and with the preset's, and rivals, up to the surface.
-    rivals_of(name): label and entries of gpom-eval, seed by seed, of each rival."""
+    """Profiles of live maps with learnt parameters and with those of the preset, and of rivals.
+    rivals_of(name): label and entries of gpom-eval for each rival, seed by seed."""
     rows = []
     for name, preset in ((log.name, log.preset) for log in logs):
         seeds = [seed for table, log, seed in reports if (table, log) == (LEARNT, name)]
@@ -149,7 +151,7 @@ def surface_table(reports, logs, rivals_of):
 
 
 def seams_table(reports):
-    """A line for each log or street, of the reports of `gpom-live seams`, seed by seed."""
+    """A row for each log or street, from the reports of `gpom-live seams`, seed by seed."""
     rows, bounds = [], []
     names = dict.fromkeys(name for table, name, _ in reports if table == SEAMS)
     for name in names:
@@ -169,7 +171,7 @@ def seams_table(reports):
 
 
 def door_table(report):
-    """A line for each door and stage of `gpom-live door`."""
+    """A row for each door and stage of `gpom-live door`."""
     rows = []
     for row in report["summary"]:
         doors = [door for run in report["runs"] for door in run[row["stage"]]["doors"]
@@ -186,7 +188,7 @@ def door_table(report):
 
 
 def parts(trial, reports, names):
-    """What a trial's section says: texts, and tables' headers and rows."""
+    """The contents of a trial's section: texts, and headers and rows of tables."""
     of_logs = {name: [report for (table, log, _), report in reports.items()
                       if (table, log) == (trial, name)] for name in names}
     if trial == "spurious":
@@ -201,13 +203,13 @@ def parts(trial, reports, names):
 
 
 def unchanged(reports):
-    """Of each log's name, what its reports say of the places that did not change."""
+    """For each log's name, the parts of its reports about places that did not change."""
     return {name: [report["unchanged"] for report in of_seeds]
             for name, of_seeds in reports.items()}
 
 
 def work_table(reports):
-    """Memory, operations of steps and counts by cause, of the first seed."""
+    """Memory, operations of steps and counts by cause, from the first seed."""
     rows = []
     for name, (report, *_) in reports.items():
         ops = report["step_ops"]
@@ -218,7 +220,7 @@ def work_table(reports):
 
 
 def drive_table(report):
-    """Of `gpom-live drive`, a line for each tenth."""
+    """A row for each tenth of `gpom-live drive`."""
     rows = [[str(i + 1), str(t["kept"]), str(t["resident_bytes"]), f"{t['step_ops_mean']:.0f}",
              str(t["step_ops_max"]), f"{t['items_per_query']:.0f}"]
             for i, t in enumerate(report["tenths"])]

@@ -1,17 +1,18 @@
 """Odometry's section of RESULTS.md: figures of gpom-odometry as Markdown tables."""
 PARAMS = "tools/params/street.toml"
 DRIVES = ((34, 2), (34, 4), (12, 2), (12, 4))  # range [m], seconds between poses
-# The row with the same poses, not weighed.
+# The row with the same poses, but not weighed.
 UNWEIGHED = {"every": "every_unweighed", "weighed": "unweighed", "plain_weighed": "plain_unweighed"}
 
-TEXT = """400 scans of 91 beams on a street, 200 m at 2 to 8 m/s; every scan has a pose, or a pose
-comes every `--period` seconds. Poses have standard deviations of 0.02 m and 0.004 rad. Of each
-drive's wheels and gyro the constant errors are drawn with standard deviations of 2 % and 0.005
-rad/s, white errors are 0.01 m / sqrt(s) and 0.001 rad / sqrt(s), 50 samples a second; gpomd is told
-these figures and learns the constant errors from the poses. The map is kept as gpomd keeps it;
-20,000 random places within 5 m of a beam judge. "Weighed": the covariance of a pose goes with the
-scan into the map. "Place": root mean square error of the scans' places. "Better weighed": seeds on
-which the same poses, weighed, gave a map of less NLL. In brackets the spread over the seeds.
+TEXT = """400 scans of 91 beams on a street, 200 m at 2 to 8 m/s. Every scan has a pose, or a pose
+comes every `--period` seconds. Poses have standard deviations of 0.02 m and 0.004 rad. For each
+drive, the constant errors of wheels and gyro are drawn with standard deviations of 2 % and 0.005
+rad/s. White errors are 0.01 m / sqrt(s) and 0.001 rad / sqrt(s), with 50 samples a second. gpomd
+knows these figures and learns the constant errors from the poses. The map is kept as gpomd keeps
+it. 20,000 random places within 5 m of a beam judge. "Weighed": the covariance of a pose goes into
+the map with the scan. "Place": root mean square error of the scans' places. "Better weighed":
+number of seeds on which the map of the same poses has a smaller NLL if they are weighed. The spread
+over the seeds is in brackets.
 """
 
 
@@ -34,7 +35,7 @@ def mean_and_spread(values, digits=4):
 
 
 def table(reports):
-    """Header and rows. reports: those of gpom-odometry, seed by seed."""
+    """Header and rows. reports: the reports of gpom-odometry, seed by seed."""
     def of(key, figure):
         return [row[figure] for report in reports for row in report["rows"] if row["key"] == key]
 

@@ -1,5 +1,5 @@
-"""Cells of tables that say what maps think before and behind a surface."""
-# Offset from the surface [m], and the share of what is counted there.
+"""Table cells for the answers of maps before and behind a surface."""
+# Offset from the surface [m], and the share to show for it.
 SHARES = ((-0.3, "share_free"), (-0.2, "share_free"), (-0.1, "share_free"), (-0.05, "share_free"),
           (-0.1, "share_occupied"), (0.05, "share_occupied"))
 PROFILE_TITLES = ["p = .5 at [m]", *(f"{share.removeprefix('share_')} at {offset:+g} m [%]"
@@ -7,7 +7,7 @@ PROFILE_TITLES = ["p = .5 at [m]", *(f"{share.removeprefix('share_')} at {offset
 
 
 def crossing_cell(profiles):
-    """Mean offset at which the mean probability rises to one half, of the profiles that do."""
+    """Mean offset at which the mean probability rises to one half, over profiles that have one."""
     found = [p["crossing_m"] for p in profiles if p["crossing_m"] is not None]
     if not found:
         return "never"

@@ -16,7 +16,7 @@ class Figures:
         self.reports = reports
 
     def methods(self, table):
-        """Key and label in the order of gpom-eval, other presets' left to the cross table."""
+        """Keys and labels in the order of gpom-eval, without other presets (see cross_table)."""
         found = {}
         for (name, *_), report in self.reports.items():
             if name == table:
@@ -25,7 +25,7 @@ class Figures:
         return {key: label for key, label in found.items() if key not in hidden}
 
     def of(self, table, data, key, part="all"):
-        """The method's entry for each seed; empty if it took no part."""
+        """The method's entries, one for each seed. Empty if the method was not run."""
         return [method for (name, where, _), report in self.reports.items()
                 if name == table and where == data
                 for method in report["methods"] if method["key"] == key and part in method]
@@ -49,7 +49,7 @@ def mean_and_spread(values, digits):
 
 
 def over_data(per_data):
-    """Means over the data of one seed after the other."""
+    """Means over the data, for each seed."""
     return [mean(column) for column in zip(*per_data)] if all(per_data) else []
 
 
@@ -63,7 +63,7 @@ def table_text(header, rows):
 
 
 def columns_of(values):
-    """Cells of all metrics, then of those of the band; values(metric, part) gives the seeds'."""
+    """Cells of all metrics, then of the band's. values(metric, part): one value for each seed."""
     return [mean_and_spread(values(metric, part), digits)
             for part, metrics in (("all", METRICS), ("band", BAND))
             for metric, _, digits in metrics]
@@ -108,7 +108,7 @@ def nll_over_rival(figures, table, name, rival):
 
 
 def ahead_table(figures, tables, names):
-    """Where the GP's mean is better than a rival's, and its NLL over the rival's."""
+    """Metrics in which the GP's mean beats a rival's, and the GP's NLL over the rival's."""
     header = ["split, share", "rival", *names]
     rows = []
     for table in tables:
@@ -172,7 +172,7 @@ def neighbour_table(report):
 
 
 def solve_table(bench):
-    """Times of the sparse solve over the dense one's, from the folder of a `make bench`."""
+    """Time of the sparse solve over that of the dense one, from a folder of `make bench`."""
     run = json.loads((bench / "speed.json").read_text(encoding="utf-8"))
     medians = {row["run_name"]: row for row in run["benchmarks"]
                if row.get("aggregate_name") == "median"}

@@ -9,28 +9,30 @@ namespace
 
 constexpr double kPi = 3.14159265358979323846;
 
-// All lengths in metres, before the seed moves them.
-constexpr double kWidth = 13.2, kHeight = 6.0; ///< The area.
-constexpr double kOuterWall = 0.3;             ///< About all of it.
-constexpr double kLow = 0.5, kRight = 12.5;    ///< The corridor's lower wall, and its end.
+// All lengths are in metres. The seed then moves everything.
+constexpr double kWidth = 13.2, kHeight = 6.0; ///< Size of the area.
+constexpr double kOuterWall = 0.3;             ///< Thickness of the wall around the area.
+constexpr double kLow = 0.5, kRight = 12.5;    ///< The corridor's lower wall, and its right end.
 constexpr double kWallLow = 2.5, kWallHigh = 2.62;
 constexpr double kRoomsTop = 5.4;
-constexpr double kBetweenRooms[2] = {4.5, 8.5}; ///< Walls of the same thickness begin here.
+constexpr double kBetweenRooms[2] = {4.5, 8.5}; ///< Where the walls between rooms begin. They have
+                                                ///< the same thickness.
 constexpr double kDoorWidth[3] = {0.7, 0.8, 0.9};
 constexpr double kDoorCentre[3] = {2.1, 6.3, 11.1};
-constexpr double kFrameWidth = 0.06;  ///< Of either side of a door frame, along the wall,
-constexpr double kFrameProud = 0.015; ///< and how far it stands out on both faces of the wall.
+constexpr double kFrameWidth = 0.06;  ///< Width of each side of a door frame, along the wall.
+constexpr double kFrameProud = 0.015; ///< How far the frame stands out on both faces of the wall.
 
-constexpr double kLane = 1.5; ///< The robot's way in the middle of the corridor,
+constexpr double kLane = 1.5; ///< The robot's lane in the middle of the corridor.
 constexpr double kWayFrom = 1.1, kWayTo = 11.9;
-constexpr double kInRoom = 4.0; ///< and as far as it drives into the rooms.
+constexpr double kInRoom = 4.0; ///< How far the robot drives into the rooms.
 constexpr double kStep = 0.1;
-constexpr double kTurnStep_rad = kPi / 18.0; ///< It turns on the spot.
+constexpr double kTurnStep_rad = kPi / 18.0; ///< Turn between two scans, when the robot turns on
+                                             ///< the spot.
 constexpr double kPeriod_s = 0.2;
 
 double whole_millimetres(double value_m) { return std::round(value_m * 1e3) / 1e3; }
 
-/// The wall between corridor and rooms, with doors and frames.
+/// Add the wall between corridor and rooms, with doors and frames.
 void add_door_wall(Corridor &corridor)
 {
     std::vector<Rect> &walls = corridor.world.obstacles;
@@ -61,7 +63,7 @@ void add_other_walls(std::vector<Rect> &walls)
     }
 }
 
-/// Turn on the spot towards each next corner, then drive there in equal steps of at most kStep.
+/// Turn on the spot towards the next corner, then drive to it in equal steps of at most kStep.
 std::vector<StreetPose> drive(const std::vector<gpom_point_t> &corners)
 {
     double theta_rad = 0.0;

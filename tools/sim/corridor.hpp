@@ -1,5 +1,6 @@
-// A simulated corridor with doors to rooms, and a robot that drives past and through them. The map
-// frame's origin is the area's lower left corner, the corridor runs along x, the rooms are above.
+// A simulated corridor with doors to rooms, and a robot that drives past and through the doors. The
+// map frame's origin is the area's lower left corner. The corridor runs along x, with the rooms
+// above it.
 #ifndef GPOM_TOOLS_SIM_CORRIDOR_HPP
 #define GPOM_TOOLS_SIM_CORRIDOR_HPP
 
@@ -15,32 +16,34 @@ namespace gpom_tools
 
 /// An opening in the wall between corridor and rooms.
 struct Door {
-    double width_m;      ///< Clear, between the door frames.
-    gpom_point_t centre; ///< Of the opening, in the middle of the wall.
+    double width_m;      ///< Clear width between the door frames.
+    gpom_point_t centre; ///< Centre of the opening, in the middle of the wall.
 };
 
 struct Corridor {
-    StreetWorld world; ///< Walls and door frames as obstacles; no streets, no vehicles.
-    Rect wall;         ///< The wall with the doors, its openings included.
+    StreetWorld world; ///< Walls and door frames are the obstacles. There are no streets and no
+                       ///< vehicles.
+    Rect wall;         ///< The wall with the doors, including its openings.
     std::vector<Door> doors;
-    /// Along the corridor past the doors, then back, through each door into its room and out again;
-    /// 0.1 m from scan to scan, and 10 degrees where the robot turns on the spot.
+    /// The way along the corridor past the doors, then back, into each room through its door and
+    /// out again. Scans are 0.1 m apart, and 10 degrees apart where the robot turns on the spot.
     std::vector<StreetPose> poses;
-    std::size_t n_past = 0; ///< So many of them until the corridor's end.
+    std::size_t n_past = 0; ///< Number of poses until the corridor's end.
 };
 
-/// Doors of 0.7, 0.8 and 0.9 m. The seed moves all of it by less than 0.1 m along both axes, so
-/// that the walls lie differently in the cells of a grid; all lengths are whole millimetres.
+/// A corridor with doors of 0.7, 0.8 and 0.9 m. The seed moves everything by less than 0.1 m along
+/// both axes, so that the walls lie differently in the cells of a grid. All lengths are whole
+/// millimetres.
 Corridor make_corridor(std::uint64_t seed);
 
 struct CorridorLaser {
-    std::uint64_t seed = 1; ///< Of the noise.
-    int n_beams = 180;      ///< Over 180 degrees about the heading; at least 2.
+    std::uint64_t seed = 1; ///< Seed of the noise.
+    int n_beams = 180;      ///< Over 180 degrees around the heading. At least 2.
     double noise_m = 0.01;  ///< Standard deviation of the Gaussian range error.
 };
 
-/// A scan at each pose, one each 0.2 s. Ranges are rounded to the millimetre. So are the poses,
-/// before the beams are cast: the scans' poses are exact.
+/// One scan at each pose, every 0.2 s. Ranges are rounded to the millimetre. Poses are rounded
+/// before the beams are cast, so the poses of the scans are exact.
 std::vector<Scan> scan_corridor(const Corridor &corridor, const CorridorLaser &laser);
 
 } // namespace gpom_tools

@@ -14,9 +14,9 @@ namespace
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr double kBucketM = 8.0;
-constexpr double kSpeedMps = 4.0; ///< Of the robot; gives the scans' times.
+constexpr double kSpeedMps = 4.0; ///< Speed of the robot. It gives the times of the scans.
 
-/// Range of a setting that makes sense.
+/// Allowed range of a setting.
 struct Limit {
     const char *name;
     double value, low, high;
@@ -36,7 +36,7 @@ int bucket_coordinate(double value_m, int n)
     return std::clamp(static_cast<int>(std::floor(value_m / kBucketM)), 0, n - 1);
 }
 
-/// Narrow [t0, t1] to where origin + t direction lies within [low, high].
+/// Narrow [t0, t1] to the part where origin + t direction lies within [low, high].
 void clip_to_slab(double low, double high, double origin, double direction, double t[2])
 {
     if (std::fabs(direction) < 1e-12) {
@@ -72,7 +72,7 @@ Scan empty_scan(const StreetPose &pose, const StreetConfig &config)
     return scan;
 }
 
-/// What is not as in the plain recipe.
+/// The settings that differ from the plain recipe.
 std::string change_comment(const StreetConfig &config)
 {
     std::string text;
@@ -103,7 +103,7 @@ std::string street_config_error(const StreetConfig &config)
         {"cars-leave-at", static_cast<double>(config.cars_leave_at), -1.0, 1e6},
     };
     for (const Limit &limit : limits) {
-        if (!(limit.value >= limit.low && limit.value <= limit.high)) { // NaN fails too
+        if (!(limit.value >= limit.low && limit.value <= limit.high)) { // refuses NaN, too
             return std::string(limit.name) + " must be " + decimal(limit.low) + " to " +
                    decimal(limit.high) + ", is " + decimal(limit.value);
         }
@@ -237,7 +237,7 @@ double ObstacleGrid::first_hit_m(const StreetPose &beam, double range_max_m) con
         const int axis = t_next[0] < t_next[1] ? 0 : 1;
         way_m = t_next[axis];
         if (hit_m <= way_m) {
-            break; // a later bucket cannot hold a nearer one
+            break; // later buckets cannot hold a nearer hit
         }
         t_next[axis] += t_step[axis];
         i[axis] += step[axis];

@@ -1,4 +1,4 @@
-// The robot's way: a graph of crossings and street sections, walked on the right-hand lane.
+// The robot's way through a graph of crossings and street sections, in the right-hand lane.
 #include "tools/sim/street.hpp"
 
 #include <algorithm>
@@ -11,9 +11,11 @@ namespace gpom_tools
 namespace
 {
 
-constexpr double kLaneMain = 1.8;   ///< Lane centre, right of the street's middle line [m].
-constexpr double kLaneSide = 0.3;   ///< Side streets leave one lane beside the parked cars [m].
-constexpr double kTurnRadius = 4.0; ///< [m], less in narrow U-turns
+constexpr double kLaneMain = 1.8;   ///< Distance of the lane's centre from the street's middle
+                                    ///< line, on main streets [m].
+constexpr double kLaneSide = 0.3;   ///< The same on side streets, where parked cars leave one lane
+                                    ///< [m].
+constexpr double kTurnRadius = 4.0; ///< [m]; smaller in narrow U-turns
 constexpr double kStartFromEdge = 2.0;
 constexpr double kTurnFromEdge = 5.0;
 
@@ -55,7 +57,8 @@ struct Graph {
     }
 };
 
-/// Where along a street one can turn: its crossings, and its ends on the area's edge.
+/// Positions along a street where the robot can turn: crossings, and street ends at the area's
+/// edge.
 std::vector<double> stops_along(const Street &street, const StreetWorld &world)
 {
     const double extent_m = street.vertical ? world.height_m : world.width_m;
@@ -79,7 +82,8 @@ std::vector<double> stops_along(const Street &street, const StreetWorld &world)
 Graph make_graph(const StreetWorld &world)
 {
     Graph graph;
-    std::map<std::pair<double, double>, std::size_t> known; // exact: both streets' own centres
+    // Exact keys: the centres of both streets.
+    std::map<std::pair<double, double>, std::size_t> known;
     const auto crossing_at = [&](Vec at) {
         const auto found = known.emplace(std::make_pair(at.x, at.y), graph.crossings.size());
         if (found.second) {
@@ -106,7 +110,7 @@ Graph make_graph(const StreetWorld &world)
     return graph;
 }
 
-/// The walk's state: on which section, towards which crossing.
+/// State of the drive: the section, and the crossing ahead.
 struct Walker {
     std::size_t section;
     std::size_t towards;
@@ -118,7 +122,7 @@ int least_driven(const Graph &graph)
     return std::min_element(graph.sections.begin(), graph.sections.end(), less)->n_driven;
 }
 
-/// For each crossing, how many sections lie between it and the nearest least driven one.
+/// For each crossing, the number of sections to the nearest section that was driven least often.
 std::vector<int> hops_to_new(const Graph &graph, int n_least)
 {
     std::vector<int> hops(graph.crossings.size(), -1);
@@ -144,8 +148,8 @@ std::vector<int> hops_to_new(const Graph &graph, int n_least)
     return hops;
 }
 
-/// A least driven section if there is one here (mostly not a dead end), else towards the nearest;
-/// back only if there is no other way.
+/// Choose a section that was driven least often if one begins here, but rarely a dead end.
+/// Otherwise choose the way to the nearest one. Turn back only if there is no other way.
 std::size_t choose_section(const Graph &graph, const Walker &walker, StreetRandom &random)
 {
     const int n_least = least_driven(graph);
@@ -186,7 +190,7 @@ Vec direction_of(const Graph &graph, const Walker &walker)
     return unit(graph.crossings[walker.towards].at - from);
 }
 
-/// Corners of the lane's line where one section follows another.
+/// Append the corners of the lane where one section follows another.
 void append_corners(const Graph &graph, const Walker &now, const Walker &next,
                     std::vector<Vec> &corners)
 {
@@ -202,7 +206,7 @@ void append_corners(const Graph &graph, const Walker &now, const Walker &next,
     }
 }
 
-/// Corners of a lane line at least as long as asked, its first point included.
+/// Corners of a line in the lane that is at least way_m long, with its first point.
 std::vector<Vec> walk_corners(const StreetWorld &world, double way_m, StreetRandom &random)
 {
     Graph graph = make_graph(world);
@@ -244,7 +248,7 @@ StreetPose pose_along(const Piece &piece, double s_m)
             piece.from.y - radius_m * (std::cos(theta_rad) - d0.x), theta_rad};
 }
 
-/// The corners rounded off with quarter circles.
+/// Round the corners off with quarter circles.
 std::vector<Piece> round_corners(const std::vector<Vec> &corners)
 {
     constexpr double kPi = 3.14159265358979323846;

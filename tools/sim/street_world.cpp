@@ -1,4 +1,5 @@
-// Layout of the streets, and what stands between and on them. Lengths are of European towns.
+// Layout of the streets, and the obstacles between and on them. Lengths are those of European
+// towns.
 #include "tools/sim/street.hpp"
 
 #include <algorithm>
@@ -13,23 +14,24 @@ using Random = StreetRandom;
 
 // Streets.
 constexpr double kMainSpacing[2] = {64.0, 80.0};
-constexpr double kMainFromEdge[2] = {18.0, 42.0}; ///< First main street's middle line.
-constexpr double kMainToEdge = 16.0;              ///< Last one's, at least.
+constexpr double kMainFromEdge[2] = {18.0, 42.0}; ///< Middle line of the first main street.
+constexpr double kMainToEdge = 16.0;              ///< Least distance of the last one from the edge.
 constexpr double kMainHalf[2] = {6.7, 7.3};
 constexpr double kSideHalf[2] = {4.0, 4.5};
 constexpr double kAlleyHalf[2] = {1.5, 2.0};
 constexpr double kSideChance = 0.55;
 constexpr double kAlleyChance = 0.35;
-constexpr double kSideBlockMin = 40.0;  ///< Narrower blocks are not split by a side street,
-constexpr double kAlleyBlockMin = 30.0; ///< and narrower ones not by an alley.
+constexpr double kSideBlockMin = 40.0;  ///< Narrower blocks are not split by a side street.
+constexpr double kAlleyBlockMin = 30.0; ///< Narrower blocks are not split by an alley.
 
 // Buildings.
 constexpr double kSetbackMax = 2.0;
 constexpr double kLotWidth[2] = {7.0, 16.0};
 constexpr double kYardWidth[2] = {4.0, 8.0};
 constexpr double kYardChance = 0.08;
-constexpr double kFrontDepthMax = 7.0; ///< Depth of the front lots; the block's core is solid.
-constexpr double kOverlap = 0.05;      ///< Of fronts and core, so that no beam slips between.
+constexpr double kFrontDepthMax = 7.0; ///< Depth of the front lots. The core of the block is solid.
+constexpr double kOverlap = 0.05;      ///< Overlap of fronts and core, so that no beam passes
+                                       ///< between them.
 
 // Parked vehicles.
 constexpr double kCarSize[2] = {4.4, 1.8};
@@ -40,7 +42,7 @@ constexpr double kCrossingClear = 5.0;
 enum class Edge { border, street, alley };
 enum Side { kLeft, kRight, kBottom, kTop };
 
-/// What lies between streets, and what each of its sides faces.
+/// An area between streets, and what each of its sides faces.
 struct Block {
     Rect area;
     Edge edges[4];
@@ -65,8 +67,8 @@ std::vector<Street> main_streets(bool vertical, const StreetConfig &config, Rand
     return streets;
 }
 
-/// A gap between neighbouring main streets. Side streets of all blocks along it share one line,
-/// so that they continue straight across main streets.
+/// A gap between neighbouring main streets. The side streets of all blocks along the gap are on one
+/// line, so that they continue straight across main streets.
 struct Gap {
     double from_m, to_m, side_line_m;
     Edge edge_from, edge_to;
@@ -87,7 +89,7 @@ std::vector<Gap> gaps_between(const std::vector<Street> &streets, double extent_
     return gaps;
 }
 
-/// Cut a block in two by a street along `centre`; the first part replaces it.
+/// Split a block in two by a street along `centre`. The first part replaces the block.
 Block split_block(Block &block, const Street &street)
 {
     const Edge edge = street.kind == StreetKind::alley ? Edge::alley : Edge::street;
@@ -115,7 +117,7 @@ Street street_through(const Block &block, StreetKind kind, bool vertical, double
             vertical ? area.y1_m : area.x1_m};
 }
 
-/// Maybe lay a side street through a block on its gaps' side lines.
+/// With some probability, add a side street through a block on the side lines of its gaps.
 void add_side_street(std::vector<Block> &blocks, const Gap &column, const Gap &row,
                      StreetWorld &world, Random &random)
 {
@@ -136,7 +138,7 @@ void add_side_street(std::vector<Block> &blocks, const Gap &column, const Gap &r
     blocks.push_back(second);
 }
 
-/// Maybe split a block by an alley across its longer side.
+/// With some probability, split a block by an alley across its longer side.
 void add_alley(std::vector<Block> &blocks, std::size_t i_block, StreetWorld &world, Random &random)
 {
     const Rect area = blocks[i_block].area;
@@ -178,14 +180,14 @@ std::vector<Block> lay_out(const StreetConfig &config, StreetWorld &world, Rando
     return blocks;
 }
 
-/// Distance from the building line to a facade: mostly small, at most kSetbackMax.
+/// Distance from the building line to a facade. It is mostly small, and at most kSetbackMax.
 double setback_m(Edge edge, Random &random)
 {
     const double u = random.uniform(0.0, 1.0);
     return edge == Edge::border ? 0.0 : (edge == Edge::alley ? 0.25 : 1.0) * kSetbackMax * u * u;
 }
 
-/// One side of a block as a strip: u runs along the side, depth into the block.
+/// One side of a block as a strip. u runs along the side, depth into the block.
 struct Front {
     Rect area;
     Side side;
@@ -206,12 +208,12 @@ struct Front {
     }
 };
 
-/// A stretch of a front, and how far its facade is set back from the building line.
+/// A part of a front, and the distance of its facade from the building line.
 struct Lot {
     double u0, u1, setback_m;
 };
 
-/// A building on a lot: a body, and one to three projections (bays, porches) before it.
+/// Add a building on a lot: a body, and one to three projections (bays, porches) in front of it.
 void add_building(const Front &front, const Lot &lot, StreetWorld &world, Random &random)
 {
     const double body_m = lot.setback_m + random.uniform(0.15, 0.5);
@@ -257,7 +259,7 @@ void fill_block(const Block &block, StreetWorld &world, Random &random)
         const bool along_x = side == kBottom || side == kTop;
         Lot span = along_x ? Lot{area.x0_m, area.x1_m, 0.0}
                            : Lot{area.y0_m + depth_m, area.y1_m - depth_m, 0.0};
-        if (along_x) { // the corner lots also face the street round the corner
+        if (along_x) { // corner lots also face the street around the corner
             span.u0 += setback_m(block.edges[kLeft], random);
             span.u1 -= setback_m(block.edges[kRight], random);
         }
@@ -270,7 +272,7 @@ void fill_block(const Block &block, StreetWorld &world, Random &random)
     }
 }
 
-/// Parts of a street kept free of vehicles: crossings and mouths, and some room before them.
+/// Parts of a street without vehicles: crossings and mouths, and some space before them.
 std::vector<Lot> mouths(const Street &street, const std::vector<Street> &streets)
 {
     std::vector<Lot> spans;
@@ -284,7 +286,8 @@ std::vector<Lot> mouths(const Street &street, const std::vector<Street> &streets
     return spans;
 }
 
-/// Park vehicles along one kerb. side = -1: at lower coordinates across, +1: at higher.
+/// Park vehicles along one kerb. side -1: at lower coordinates across the street, +1: at higher
+/// ones.
 void park_along(const Street &street, int side, const std::vector<Lot> &kept_free,
                 StreetWorld &world, Random &random)
 {
@@ -318,7 +321,8 @@ void park_vehicles(StreetWorld &world, Random &random)
             continue;
         }
         const std::vector<Lot> kept_free = mouths(street, world.streets);
-        const int only_side = random.chance(0.5) ? 1 : -1; // side streets are parked on one side
+        // Side streets have parked vehicles on one side only.
+        const int only_side = random.chance(0.5) ? 1 : -1;
         for (const int side : {-1, 1}) {
             if (street.kind == StreetKind::main || side == only_side) {
                 park_along(street, side, kept_free, world, random);

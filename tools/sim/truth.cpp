@@ -16,7 +16,7 @@ constexpr char kOccupied = '\0';
 constexpr char kFree = '\xff';
 constexpr std::size_t kHeaderLineMax = 4096;
 
-/// The header's lines one by one, counted.
+/// Reads the lines of the header one by one and counts them.
 class Header {
 public:
     Header(const std::string &path, std::istream &in) : path_(path), in_(in) {}
@@ -108,7 +108,7 @@ void parse_header(Header &header, Truth &truth)
     }
 }
 
-/// One row of the image into one row of cells.
+/// Copy one row of the image into one row of cells.
 void copy_row(const std::string &row, Truth &truth, int iy, const Header &header)
 {
     for (int ix = 0; ix < truth.nx; ++ix) {
@@ -133,7 +133,7 @@ Truth read_truth(const std::string &path)
     parse_header(header, truth);
     std::string row(static_cast<std::size_t>(truth.nx), '\0');
     const std::streamoff start = in.tellg();
-    in.seekg(0, std::ios::end); // sized before allocating: a header can lie about its image
+    in.seekg(0, std::ios::end); // check the file size before allocating: the header may be wrong
     const std::streamoff n_bytes = std::streamoff(in.tellg()) - start;
     if (n_bytes != std::streamoff(truth.nx) * truth.ny) {
         header.fail("image needs " + std::to_string(std::streamoff(truth.nx) * truth.ny) +
@@ -141,7 +141,7 @@ Truth read_truth(const std::string &path)
     }
     in.seekg(start);
     truth.occupied.resize(truth.index(0, truth.ny));
-    for (int iy = truth.ny - 1; iy >= 0; --iy) { // the image's first row is the northernmost
+    for (int iy = truth.ny - 1; iy >= 0; --iy) { // the first row of the image is the northernmost
         if (!in.read(row.data(), truth.nx)) {
             header.fail("cannot read the image");
         }

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Pictures of vehicles that leave and arrive, from what `gpom-live cars` reported.
+"""Pictures of vehicles that leave and arrive, from reports of `gpom-live cars`.
 
-One row a report: the low-resolution map before the change and at the end; cells that five scans
-did not set right are circled.
+One row for each report: the low-resolution map before the change and at the end. A circle marks
+each cell that was still wrong after five scans.
 """
 import argparse
 import json
@@ -28,7 +28,7 @@ def read_report(path):
 
 
 def known_window(report):
-    """Limits in x and y of the cells that are ever known [m]."""
+    """Limits in x and y of the cells that are known before or after [m]."""
     known = np.isfinite(report["before"]) | np.isfinite(report["after"])
     return [(report["cell_m"] * np.flatnonzero(known.any(axis=axis))[[0, -1]]).tolist()
             for axis in (0, 1)]

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Picture of the doors in what `gpom-live door` reported, of its first run.
+"""Picture of the doors in a report of `gpom-live door`, from its first run.
 
-One row a door: the true walls, then the classes of the continuous map, of low-resolution maps and
-of OctoMap (free: p <= 0.3, occupied: p >= 0.7). The width that is free about the door's middle is
-drawn and written.
+One row for each door: the true walls, then the classes of the continuous map, of low-resolution
+maps and of OctoMap (free: p <= 0.3, occupied: p >= 0.7). A line and a number show the free width
+around the door's middle.
 """
 import argparse
 import json
@@ -17,14 +17,14 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 P_OCCUPIED = 0.7
-# Okabe and Ito (2008): told apart by colour-blind eyes.
+# Colours of Okabe and Ito (2008), which colour-blind readers can tell apart.
 WALL_COLOUR, FREE_COLOUR = "#d55e00", "#0072b2"
 STAGES = {"past": "After the drive past the doors",
           "through": "After the drive past and through the doors"}
 
 
 def read_run(path, stage):
-    """The first run's walls and doors, and the highest probability of free space."""
+    """Walls and doors of the first run, and the largest probability of free space."""
     try:
         report = json.loads(path.read_text(encoding="utf-8"))
         run = report["runs"][0]
@@ -53,7 +53,7 @@ def draw_classes(axes, picture, p_free):
 
 
 def free_stretch(width, p_free):
-    """Both ends of the connected free cells about the middle one; None if that is not free."""
+    """Both ends of the connected free cells around the middle. None: the middle is not free."""
     row, cell_m = width["row"], width["cell_m"]
     is_free = [p is not None and p <= p_free for p in row["p"]]
     first = last = row["i_middle"]
@@ -111,7 +111,7 @@ def draw(p_free, obstacles, doors, stage):
             for name, colour in zip(CLASSES, CLASS_COLOURS.colors)]
     keys += [Line2D([], [], color=WALL_COLOUR, label="true walls and door frames"),
              Line2D([], [], color=FREE_COLOUR, linewidth=2.5,
-                    label="free width about the door's middle")]
+                    label="free width around the door's middle")]
     figure.legend(handles=keys, loc="outside lower center", ncols=len(keys))
     figure.suptitle(f"{STAGES[stage]}; the corridor is below")
     return figure

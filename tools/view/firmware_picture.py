@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Collect the map that a microcontroller publishes, compare it with the PC's, draw both.
+"""Collect the map that a microcontroller publishes, compare it with the PC's map, draw both.
 
-Waits until no cell is dirty and nothing changes any more. Exit code 0: every cell is the same, 1:
-some differ, 2: no map came.
+Waits until no cell is dirty and nothing changes any more. Exit code 0: every cell is the same. 1:
+some cells differ. 2: no map came.
 """
 import argparse
 import pathlib
@@ -18,7 +18,7 @@ def probability_of(codes):
 
 
 def draw(collected, expected, fine_path, out_path):
-    """The microcontroller's map, the PC's in the same cells, the PC's in fine ones."""
+    """Draw the microcontroller's map, the PC's map in the same cells and in fine cells."""
     (fine,), fine_extent = read_raster(fine_path, "probability")
     cells = f"{collected.tile.map_nx} x {collected.tile.map_ny} cells of " \
             f"{collected.tile.cell_m:g} m"
@@ -39,7 +39,7 @@ def draw(collected, expected, fine_path, out_path):
 
 
 def run(arguments):
-    """Number of codes that differ."""
+    """Collect, compare and draw. Returns the number of codes that differ."""
     watch = Watch(arguments.url)
     if not watch.collect_settled(arguments.seconds):
         raise InputError("the map did not settle in time; does the device run, do scans come?")
@@ -68,10 +68,10 @@ def main():
     parser.add_argument("--cells", metavar="FILE", type=pathlib.Path, required=True,
                         help="codes of the PC's cells, as library-map writes them")
     parser.add_argument("--fine", metavar="CSV", type=pathlib.Path, required=True,
-                        help="raster of gpom-query, drawn beside")
+                        help="raster of gpom-query to draw beside the map")
     parser.add_argument("--out", metavar="PNG", type=pathlib.Path, required=True)
     parser.add_argument("--seconds", metavar="S", type=float, default=60,
-                        help="patience (default: %(default)s)")
+                        help="longest wait for the map (default: %(default)s)")
     try:
         return 1 if run(parser.parse_args()) else 0
     except InputError as error:

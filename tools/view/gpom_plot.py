@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Pictures of what gpom-eval wrote: the map beside its rivals, as in the paper's Figs. 2 to 6.
+"""Pictures of gpom-eval's results: the map beside its rivals, as in the paper's Figs. 2 to 6.
 
 Makes map.png (truth, hits, occupancy grid, variance, probability, classes), roc.png (ROC curves and
-reliability) and profile.png (probability and classes by the distance from a surface); of a log also
-coarse.png (the whole area in coarse cells, grid beside map) and window.png (a part of it in cells
-of 0.1 m, with the variance).
+reliability) and profile.png (probability and classes by the distance from a surface). For a log it
+also makes coarse.png (the whole area in coarse cells, grid beside map) and window.png (a part of
+the area in cells of 0.1 m, with the variance).
 """
 import argparse
 import difflib
@@ -25,9 +25,9 @@ from matplotlib.transforms import ScaledTranslation  # noqa: E402
 EXIT_USAGE = 2
 CLASSES = ("free", "unsure", "occupied", "unknown")
 CLASS_COLOURS = ListedColormap(["white", "0.55", "black", "#9ad0f5"])
-# Where nothing is known the variance is over this part of the prior's, as in low-resolution maps.
+# Unknown: the variance is over this part of the prior variance, as in low-resolution maps.
 UNKNOWN_VARIANCE = 0.95
-# Colours of Okabe and Ito, which colour-blind eyes tell apart; dashes and markers differ, too.
+# Colours of Okabe and Ito, for colour-blind readers. Dashes and markers differ, too.
 METHOD_STYLES = {"gp_query": ("#0072b2", "-", "o"), "gp_map": ("#56b4e9", "-.", "v"),
                  "grid": ("#d55e00", "--", "s"), "wide_grid": ("#e69f00", (0, (6, 1)), "^"),
                  "strong_grid": ("black", (0, (3, 1, 1, 1)), "D"), "octomap": ("#cc79a7", ":", "P"),
@@ -37,13 +37,13 @@ DOTS_PER_INCH = 130
 
 
 class InputError(Exception):
-    """Something about the input that one line can say."""
+    """An error of the input, in one line."""
 
 
 # ---- reading ------------------------------------------------------------------------------------
 
 def read_columns(path):
-    """Columns of a CSV file by name: numbers where all are, else text."""
+    """Columns of a CSV file by name: numbers if all are numbers, else text."""
     with open(path, encoding="utf-8", newline="") as source:
         rows = list(csv.reader(source))
     if len(rows) < 2:
@@ -58,7 +58,7 @@ def read_columns(path):
             columns[name] = np.array(column, dtype=float)
         except ValueError:
             if name != "class":
-                raise InputError(f"{path}: column {name} has something that is no number") from None
+                raise InputError(f"{path}: column {name} has a field that is no number") from None
             columns[name] = np.array(column)
     return columns
 
@@ -138,12 +138,12 @@ def show_classes(axes, names, is_unknown, extent):
 
 
 def panel_height(extent, width):
-    """Height of a panel, with its title and labels, whose picture is `width` wide [inch]."""
+    """Height of a panel with title and labels [inch]. `width` is the width of its picture."""
     return min(max(width * (extent[3] - extent[2]) / (extent[1] - extent[0]), 2.5), 9) + 0.9
 
 
 def draw_ground(axes, folder, report, hits, poses):
-    """The truth of a street; of a log the next best, all returns."""
+    """Draw the truth of a street. A log has no truth: draw all returns instead."""
     if report["mode"] == "street":
         occupied, extent = read_truth(folder / "truth.pgm")
         show(axes, occupied, extent, cmap="gray_r", vmin=0, vmax=1)
@@ -185,7 +185,7 @@ def map_figure(folder, report):
     return figure
 
 
-# ---- a log from afar and from near, as Figs. 4 to 6 ---------------------------------------------
+# ---- a log, the whole area and a part, as Figs. 4 to 6 -------------------------------------------
 
 def read_view(folder, name):
     """Images of one view: probability and variance of the map, probability of the grid."""
@@ -287,7 +287,7 @@ def draw_roc(axes, methods, part):
 
 
 def draw_reliability(axes, methods, part):
-    """A marker's area is its bin's share of the points: small ones say little."""
+    """A marker's area is the share of the points in its bin. Small markers are less certain."""
     styles = line_styles(methods)
     for method in methods:
         colour, line, marker = styles[method["key"]]
@@ -321,7 +321,7 @@ def roc_figure(report):
 # ---- probability by the distance from a surface -------------------------------------------------
 
 def draw_profile(axes, methods, name):
-    """One figure of every row of the profiles: mean_probability, share_free or share_occupied."""
+    """Draw one figure of all rows: mean_probability, share_free or share_occupied."""
     styles = line_styles(methods)
     for method in methods:
         colour, line, marker = styles[method["key"]]
@@ -362,7 +362,7 @@ def profile_figure(report):
 # ---- command line -------------------------------------------------------------------------------
 
 def save(figures):
-    """All pictures or none: written beside their targets, then renamed."""
+    """Write all pictures or none: first beside their targets, then rename them."""
     staged = [(path.with_name(f".{path.stem}.{os.getpid()}.png"), path) for path in figures]
     try:
         for temporary, path in staged:
@@ -376,7 +376,7 @@ def save(figures):
 
 def plot(folder, out):
     if not folder.is_dir():
-        raise InputError(f"{folder}: no such folder; give what gpom-eval --out wrote")
+        raise InputError(f"{folder}: no such folder; give the folder of gpom-eval --out")
     report = read_report(folder / "eval.json")
     figures = {out / "map.png": map_figure(folder, report), out / "roc.png": roc_figure(report),
                out / "profile.png": profile_figure(report)}
@@ -402,7 +402,7 @@ def main():
     parser = OneLineParser(prog="gpom-plot", description=__doc__,
                            formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="DIR", type=pathlib.Path,
-                        help="folder that gpom-eval --out wrote")
+                        help="folder of gpom-eval --out")
     parser.add_argument("--out", metavar="DIR", type=pathlib.Path,
                         help="folder for the pictures (default: the same)")
     arguments = parser.parse_args()

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Collect the map that gpomd publishes, and draw it, or print how gpomd is doing.
+"""Collect the map that gpomd publishes and draw it, or print the status of gpomd.
 
 Without an option the map is drawn in the terminal, once a second: `#` occupied, `.` free, `+`
-unsure, blank unknown, `R` the robot; below it, what gpomd says is wrong.
-Exit code 1: --compare found a difference; 2: nothing came, or a wrong option.
+unsure, blank unknown, `R` the robot. The problems that gpomd reports are below the map.
+Exit code 1: --compare found a difference. 2: nothing came, or an option is wrong.
 """
 import argparse
 import errno
@@ -35,13 +35,13 @@ PROBABILITY_UNKNOWN, CLASS_UNKNOWN = 255, 3
 
 
 class BadMessage(Exception):
-    """Bytes that are not the message of their channel."""
+    """Bytes that are not a message of their channel's type."""
 
 
 # ---- messages (lcmtypes/gpom_map_t.lcm, gpom_status_t.lcm) ---------------------------------------
 
 def checked(data, fingerprint, head):
-    """The fields of a message's head, if its type and checksum are right."""
+    """The fields of a message's head. Raises BadMessage if type or checksum is wrong."""
     if len(data) < head.size + 4 or int.from_bytes(data[:8], "big") != fingerprint:
         raise BadMessage("another type")
     if zlib.crc32(data[:-4]) != int.from_bytes(data[-4:], "big"):
@@ -64,7 +64,7 @@ class Tile:
         self.probability, self.variance_class = cells
 
     def raster(self):
-        """What must stay the same for tiles to be of one map; float32 cells carry 1e-7."""
+        """Values that are the same in all tiles of one map, rounded because of float32 cells."""
         return self.map_nx, self.map_ny, round(self.corner_m[0], 3), round(self.corner_m[1], 3)
 
 
@@ -85,20 +85,20 @@ def read_status(data):
                          if counts[PROBLEMS_PLACE] >> bit & 1]}
 
 
-# ---- the map, as lcmtypes/README.md says ---------------------------------------------------------
+# ---- the map, see lcmtypes/README.md -------------------------------------------------------------
 
 class Map:
-    """What has come of the map so far. `tile` is the newest, None before the first."""
+    """The map as received so far. `tile` is the newest tile, None before the first."""
 
     def __init__(self):
         self.tile = None
         self.n_tiles = self.n_changed = self.n_lost = self.n_bad = 0
-        self.is_whole = False  # every tile of a keyframe came, and none was lost since
+        self.is_whole = False  # a whole keyframe came, and no tile was lost after it
         self.probability = self.variance_class = None
         self._n_in_a_row = 0
 
     def take(self, data):
-        """A message of GPOM_MAP."""
+        """Add a message of GPOM_MAP."""
         try:
             tile = Tile(data)
         except BadMessage:
@@ -157,22 +157,23 @@ class Map:
 
 
 def check_route(url):
-    """Without a route liblcm prints a page; here it is one line."""
+    """Raise one line if there is no route. liblcm would print a page."""
     place = urllib.parse.urlsplit(url)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect((place.hostname or "239.255.76.67", place.port or 7667))
         except OSError as error:
             if error.errno == errno.ENETUNREACH:
-                raise InputError("there is no route for multicast; for this machine alone, run as "
-                                 "root: ip link set lo up && ip route add 224.0.0.0/4 dev lo"
+                raise InputError("there is no route for multicast; to use LCM on this machine "
+                                 "only, run as root: ip link set lo up && ip route add "
+                                 "224.0.0.0/4 dev lo"
                                  ) from None
         except ValueError:
             pass  # liblcm says what is wrong with the URL
 
 
 class Watch:
-    """Subscribes to gpomd, and holds what came."""
+    """Subscribes to gpomd and keeps what it received."""
 
     def __init__(self, url, map_channel="GPOM_MAP", status_channel="GPOM_STATUS"):
         self.map, self.status = Map(), None
@@ -194,7 +195,7 @@ class Watch:
         self.bus.publish(channel, b"keyframe")
 
     def collect(self, seconds, until=lambda: False):
-        """Take what comes for so long, or until something holds; True if it does."""
+        """Receive for some seconds, or until `until` returns true. True: it did in time."""
         end = time.monotonic() + seconds
         while not until() and (left := end - time.monotonic()) > 0:
             ready, _, _ = select.select([self.bus.fileno()], [], [], min(left, 0.1))
@@ -203,7 +204,7 @@ class Watch:
         return until()
 
     def collect_settled(self, seconds, quiet_s=2.0):
-        """Until no cell is dirty and no changed tile came for a while; True if so."""
+        """Receive until no cell is dirty and no tile changes. True: that was reached in time."""
         seen, since = self.map.n_changed, time.monotonic()
 
         def is_settled():
@@ -218,8 +219,8 @@ class Watch:
 # ---- the same map by gpom-query -----------------------------------------------------------------
 
 def codes_of(probability, variance, prior_variance):
-    """Codes of cells whose probability and variance are known in float32: 65535ths and 255ths as
-    gpom/lowres.h says, then 254ths and 63rds as lcmtypes/gpom_map_t.lcm says."""
+    """Codes of cells from probability and variance in float32: 65535ths and 255ths as in
+    gpom/lowres.h, then 254ths and 63rds as in lcmtypes/gpom_map_t.lcm."""
     probability = np.floor(65535.0 * probability.astype(np.float32).astype(float) + 0.5)
     variance = 255.0 * variance.astype(np.float32).astype(float) / prior_variance
     variance = np.minimum(np.ceil(variance), 255.0)
@@ -227,13 +228,13 @@ def codes_of(probability, variance, prior_variance):
 
 
 def differing_cells(collected, path):
-    """How many cells are not what gpom-query --raster answered for them: variance everywhere,
-    probability and class where the map claims to know; what it does not know is not occupied."""
+    """Number of cells that differ from the answers of gpom-query --raster. Compares the variance
+    of all cells, and probability and class of known cells. An unknown cell must not be occupied."""
     (probability, variance, named), extent = read_raster(path, "probability", "variance", "class")
     shape = collected.probability.shape
     if probability.shape != shape or not np.allclose(extent, collected.extent(), atol=1e-6):
         x0, _, y0, _ = collected.extent()
-        raise InputError(f"{path}: another raster; ask gpom-query for --raster "
+        raise InputError(f"{path}: another raster; run gpom-query with --raster "
                          f"{x0:.9g},{y0:.9g},{collected.tile.cell_m:.9g},{shape[1]},{shape[0]}")
     probability, variance = codes_of(probability, variance, collected.tile.prior_variance)
     classes = np.select([named == name for name in CLASSES], range(len(CLASSES)))
@@ -245,7 +246,7 @@ def differing_cells(collected, path):
 
 
 def compare(collected, path):
-    """Print whether the map is that of a file of gpom-query. True: it is."""
+    """Print whether the map agrees with a file of gpom-query. True: it does."""
     n_differ, n = differing_cells(collected, path), collected.probability.size
     n_known = int((collected.classes() != CLASS_UNKNOWN).sum())
     print(f"{n - n_differ} of {n} cells, {n_known} of them known, are those of {path} to the "
@@ -256,7 +257,7 @@ def compare(collected, path):
 # ---- the channels of the bus ---------------------------------------------------------------------
 
 class Channels:
-    """What comes on the bus: of each channel its last type and how much."""
+    """The channels of the bus: the last type of each, and how much comes on it."""
 
     def __init__(self, url):
         check_route(url)
@@ -299,7 +300,7 @@ def list_channels(url, seconds):
 # ---- pictures -----------------------------------------------------------------------------------
 
 def draw(collected, path):
-    """The map as PNG: probability and class."""
+    """Draw the map as PNG: probability and class."""
     figure, (chance, decided) = plt.subplots(1, 2, figsize=(17, 7), sharex=True, sharey=True,
                                              layout="constrained")
     codes = collected.probability.astype(float)
@@ -323,11 +324,11 @@ def draw(collected, path):
 
 
 def terminal_lines(collected, columns=100):
-    """The map in characters, each the worst class of the cells it stands for."""
+    """The map in characters. Each shows the worst class of the cells that it covers."""
     tile, step = collected.tile, max(1, -(-collected.tile.map_nx // columns))
-    severity = np.array([1, 2, 3, 0])[collected.classes()]  # unknown least, occupied most
+    severity = np.array([1, 2, 3, 0])[collected.classes()]  # unknown is lowest, occupied highest
     lines = []
-    for iy in range(0, tile.map_ny, 2 * step):  # a character is twice as high as wide
+    for iy in range(0, tile.map_ny, 2 * step):  # a character is twice as high as it is wide
         rows = severity[iy:iy + 2 * step]
         starts = range(0, tile.map_nx, step)
         lines.append([" .+#"[rows[:, ix:ix + step].max()] for ix in starts])
@@ -361,7 +362,7 @@ def watch_live(watch, seconds):
 
 
 def run(arguments):
-    """False: the map is another one than it was compared with."""
+    """Run with these options. False: --compare found a difference."""
     seconds = arguments.seconds
     if arguments.channels:
         list_channels(arguments.url, seconds or 5)
@@ -397,16 +398,16 @@ def main():
                            formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--url", default=URL, help="LCM's network (default: %(default)s)")
     parser.add_argument("--out", metavar="PNG", type=pathlib.Path,
-                        help="draw the map, once it is whole, or what came in --seconds")
+                        help="draw the map when it is whole, or what came in --seconds")
     parser.add_argument("--json", action="store_true", help="print a summary of the map as JSON")
     parser.add_argument("--compare", metavar="CSV", type=pathlib.Path,
-                        help="is it the map that gpom-query --raster wrote, to the last code?")
+                        help="compare the codes with the map that gpom-query --raster wrote")
     parser.add_argument("--status", action="store_true", help="print the next status as JSON")
     parser.add_argument("--channels", action="store_true", help="list the channels of the bus, "
                         "with their types by fingerprint and how much comes on them")
     parser.add_argument("--settled", action="store_true",
-                        help="before, wait until no scan comes and nothing changes any more")
-    parser.add_argument("--seconds", metavar="S", type=float, help="watch so long")
+                        help="first wait until no scan comes and nothing changes any more")
+    parser.add_argument("--seconds", metavar="S", type=float, help="time to watch")
     arguments = parser.parse_args()
     try:
         return 0 if run(arguments) else EXIT_DIFFERS

@@ -1,6 +1,5 @@
-"""Names and texts of what gpom.status_t counts, by the constants of lcmtypes/gpom_status_t.lcm.
-
-And the names of types by their fingerprints.
+"""Names of the counters and texts of the problems in gpom.status_t, in the order of the constants
+of lcmtypes/gpom_status_t.lcm. Also the names of types by their fingerprints.
 """
 TYPES = {
     0x1543f68f9b5f9666: "gpom.scan_t", 0x428375daa5a20b5c: "gpom.map_t",
@@ -33,16 +32,16 @@ COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "sca
           78: "fragments_overlong", 79: "fragments_inconsistent", 80: "fragments_repeated",
           81: "fragments_late", 82: "messages_timed_out", 83: "messages_evicted",
           84: "messages_not_sent"}
-N_COUNTS = 88  # some without a name yet
+N_COUNTS = 88  # some have no name yet
 PROBLEMS_PLACE = 87
-PROBLEMS = [  # by their bits, from the lowest on; the log of gpomd names channel and value
+PROBLEMS = [  # in the order of their bits, lowest first; gpomd's log also names channel and value
     ("scan_type", "a scan channel carries another type than its [[sensor]] says: set type, or "
                   "another channel"),
     ("scan_crc_zero", "a gpom.scan_t has crc32 0: its sender must compute it (lcmtypes/README.md)"),
-    ("scan_corrupt", "the CRC-32 of a gpom.scan_t does not fit: damaged, or computed otherwise"),
-    ("scan_length", "a scan is shorter or longer than its counts say: is the sender's .lcm file "
-                    "another one?"),
-    ("scan_ranges", "a scan has more ranges than intake.ranges_max: raise that"),
+    ("scan_corrupt", "the CRC-32 of a gpom.scan_t does not fit: damaged, or computed wrongly"),
+    ("scan_length", "the length of a scan does not match its counts: does the sender use another "
+                    ".lcm file?"),
+    ("scan_ranges", "a scan has more ranges than intake.ranges_max: raise intake.ranges_max"),
     ("scan_sensor_id", "no [[sensor]] has the sensor_id of a gpom.scan_t: set id, or add a "
                        "[[sensor]]"),
     ("scan_angles", "the bearings of a scan go over two turns, or are not finite: are they "
@@ -55,7 +54,7 @@ PROBLEMS = [  # by their bits, from the lowest on; the log of gpomd names channe
     ("scan_too_new", "a scan is ahead of the clock by more than intake.ahead_max_s: set the "
                      "clocks"),
     ("scan_lost", "numbers of scans are missing: the network or this machine loses them"),
-    ("scan_repeated", "a scan's number or utime came before: two senders, or utime stands still"),
+    ("scan_repeated", "a scan's number or utime came before: two senders, or utime never changes"),
     ("scan_reordered", "a scan came after a later one: two senders share a channel, or the "
                        "network reorders"),
     ("scan_back", "a scan is stamped before the one before: its clock is being set, or there are "
@@ -64,13 +63,13 @@ PROBLEMS = [  # by their bits, from the lowest on; the log of gpomd names channe
     ("scan_overrun", "more scans come than the map takes: lower intake.step_ops or send fewer"),
     ("scan_bad_pose", "the pose of a scan is not finite, is beyond 1e8 m, or has a bad covariance"),
     ("scan_out_of_reach", "a scan was taken over 8 km from map.origin: set that, or map.rebase_m"),
-    ("scan_unusable", "no reading of a scan says anything: the sensor is covered, or its driver "
+    ("scan_unusable", "no reading of a scan is usable: the sensor is covered, or its driver "
                       "means something else; see zero, range_min_m, masks"),
     ("scan_no_pose", "a scan had no pose after pose.wait_max_s: is the localiser running, is it "
                      "late?"),
-    ("scan_pose_gap", "the poses about a scan are over pose.gap_max_s apart"),
+    ("scan_pose_gap", "the poses before and after a scan are over pose.gap_max_s apart"),
     ("scan_before_poses", "a scan is older than all poses that are kept"),
-    ("two_clocks", "scans and poses are stamped by two clocks: give both the same"),
+    ("two_clocks", "scans and poses are stamped by two clocks: give both the same clock"),
     ("latency", "scans are stamped later or earlier than poses: set latency_s as gpomd's log says"),
     ("pose_type", "the pose channel carries another type than [pose] says: set type, or another "
                   "channel"),
@@ -85,13 +84,13 @@ PROBLEMS = [  # by their bits, from the lowest on; the log of gpomd names channe
                      "clocks"),
     ("pose_wild", "a pose is farther from the one before than the robot can have gone: see [jump]"),
     ("silent", "nothing comes on a channel that gpomd listens to: is its sender running?"),
-    ("other_channel", "nothing comes on a channel, but the like comes on another: set channel"),
+    ("other_channel", "nothing comes on a channel, but its type comes on another: set channel"),
     ("two_mappers", "another program sends statuses, too: a second gpomd, or a log that is played"),
     ("query_refused", "a query is malformed, without crc32, or one too many"),
     ("snapshot_failed", "a snapshot could not be written: is the disk full, the folder gone?"),
     ("not_sent", "the network takes less than is sent, or there is no route for multicast"),
     ("datagrams_lost", "the socket's buffer was full: raise net.core.rmem_max, start gpomd again"),
-    ("datagrams_bad", "some program sends to LCM's port what is not LCM's"),
+    ("datagrams_bad", "another program sends other data to LCM's port"),
     ("messages_incomplete", "fragments of messages are lost on the way"),
     ("can_frames", "CAN frames do not fit [can.odometry]: compare them with `candump`"),
     ("can_bus", "CAN frames are lost or not sent: `ip -details -statistics link show`"),

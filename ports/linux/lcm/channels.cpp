@@ -46,8 +46,8 @@ void Channels::init(const Config &config, Problems &problems, std::int64_t now_u
     for (std::size_t i = 0; i < config.n_sensors; ++i) {
         listen(config.sensors[i].channel, i, now_us);
     }
-    if (config.pose.channel[0] != '\0' && config.pose.hold_max_us == 0) { // with hold_max_us the
-                                                                          // channel may be silent
+    // With hold_max_us the channel may be silent.
+    if (config.pose.channel[0] != '\0' && config.pose.hold_max_us == 0) {
         listen(config.pose.channel, kSensorsMax, now_us);
     }
 }
@@ -65,8 +65,8 @@ void Channels::take(const char *channel, const std::uint8_t *bytes, std::size_t 
     if ((!is_scan(type) && !is_pose(type)) || std::strcmp(channel, config_->pose.channel) == 0) {
         return;
     }
-    Other *place = &others_[0]; // the entry of the same channel, else the entry that has been
-                                // silent the longest
+    // The entry of the same channel, else the entry that has been silent the longest.
+    Other *place = &others_[0];
     for (Other &other : others_) {
         if (std::strcmp(other.channel, channel) == 0) {
             place = &other;
@@ -74,8 +74,8 @@ void Channels::take(const char *channel, const std::uint8_t *bytes, std::size_t 
         }
         place = other.heard_us < place->heard_us ? &other : place;
     }
-    std::memcpy(place->channel, channel, std::strlen(channel) + 1); // LCM limits names to the size
-                                                                    // of ChannelName
+    // LCM limits names to the size of ChannelName.
+    std::memcpy(place->channel, channel, std::strlen(channel) + 1);
     place->type = type;
     place->heard_us = now_us;
 }

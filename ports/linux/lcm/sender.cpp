@@ -60,8 +60,8 @@ const char *Sender::open(const char *url, int buffer_bytes)
     if (buffer_bytes > 0) {
         set_option(fd_, SOL_SOCKET, SO_SNDBUF, buffer_bytes);
     }
-    set_option(fd_, IPPROTO_IP, IP_RECVERR, 1); // without this the system does not report datagrams
-                                                // dropped by a full queue
+    // Without this the system does not report datagrams dropped by a full queue.
+    set_option(fd_, IPPROTO_IP, IP_RECVERR, 1);
     const bool is_open = port_ != 0 && set_option(fd_, IPPROTO_IP, IP_MULTICAST_TTL, network.ttl);
     return is_open ? nullptr
                    : "cannot make a socket for LCM's network; are all files or ports in use?";
@@ -124,8 +124,8 @@ void Sender::wait_for_room() const
 {
     pollfd room = {fd_, POLLOUT, 0};
     if (poll(&room, 1, kWait_ms) > 0 && (room.revents & POLLERR) != 0) {
-        char news = 0; // the system may report an error of an earlier datagram here; the result is
-                       // not needed
+        // The system may report an error of an earlier datagram here; the result is not needed.
+        char news = 0;
         recv(fd_, &news, sizeof news, MSG_ERRQUEUE | MSG_DONTWAIT);
     }
 }

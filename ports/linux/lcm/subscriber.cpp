@@ -110,7 +110,7 @@ const char *Subscriber::open(const char *url)
     Network network;
     parse_network(url, network);
     fd_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    // A smaller buffer than asked for, or losses that nobody counts, are no reason not to begin.
+    // A smaller buffer, or losses that are not counted, do not prevent the start.
     set_option(fd_, SOL_SOCKET, SO_RCVBUF,
                network.buffer_bytes > 0 ? network.buffer_bytes : kBufferBytes);
     set_option(fd_, SOL_SOCKET, SO_RXQ_OVFL, 1);
@@ -126,25 +126,26 @@ const char *Subscriber::open(const char *url)
                        "`ss -ulpn` lists the programs";
 }
 
-/// A membership is one interface's, and ends unnoticed when that is removed: so join again and
-/// again. On the interface of before that is an error which changes nothing and sends nothing;
-/// where it is none, the interface is another.
+/// Join the multicast group again and again. A membership belongs to one interface and ends without
+/// notice when the interface is removed. On the same interface a second join fails with an error,
+/// changes nothing and sends nothing. If the join succeeds, the interface is a new one.
 void Subscriber::renew_membership()
 {
     const bool is_new = set_membership(fd_, IP_ADD_MEMBERSHIP, group_);
     const bool has_link = is_new || errno == EADDRINUSE;
     if (is_new) {
-        // Leave both: which one would be left first is not told, and what is kept piles up.
+        // Leave both memberships and join once: the system does not say which one it leaves first,
+        // and memberships that stay would pile up.
         set_membership(fd_, IP_DROP_MEMBERSHIP, group_);
         set_membership(fd_, IP_DROP_MEMBERSHIP, group_);
         set_membership(fd_, IP_ADD_MEMBERSHIP, group_);
         ++n_links_;
     }
-    has_link_ = has_link; // last: who sees the link finds it counted
+    has_link_ = has_link; // set last: a thread that sees the link finds it counted
 }
 
-/// Bytes of the datagram that is next; negative: there is none. With it the socket tells how many
-/// it had no room for.
+/// Size of the next datagram in bytes. Negative: there is none. The socket also reports how many
+/// datagrams it had no room for.
 ssize_t Subscriber::take_datagram()
 {
     sockaddr_in from = {};

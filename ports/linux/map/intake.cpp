@@ -372,8 +372,8 @@ void Intake::learn_odometry()
     StampedPose from = {}, to = {};
     if (odometry_ != nullptr && poses_.not_after(INT64_MAX, to) &&
         poses_.not_after(to.stamp_us - kLearn_us, from)) {
-        odometry_->learn(from, to, config_->pose.cov); // false: odometry has not come yet; the next
-                                                       // call tries again
+        // False: odometry has not come yet; the next call tries again.
+        odometry_->learn(from, to, config_->pose.cov);
     }
 }
 

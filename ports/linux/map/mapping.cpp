@@ -157,8 +157,8 @@ void MapThread::begin_frame(const ScanSlot &slot, gpom_jump_t rule)
         state_.frame_epoch = epoch; // if this scan cannot be inserted, the state only has no pose
     }
     if (status == GPOM_OK) {
-        links_.counts->add(GPOM_WIRE_FRAME_JUMPS); // counted last: a thread that sees the count
-                                                   // finds the places
+        // Counted last: a thread that sees the count finds the places.
+        links_.counts->add(GPOM_WIRE_FRAME_JUMPS);
     }
 }
 
@@ -287,8 +287,8 @@ void MapThread::note_inserted(const ScanSlot &slot, bool is_fresh)
     state_.lag_us_max = std::max(state_.lag_us_max, state_.lag_us);
     state_.n_beams = gpom_map_beam_count(map_);
     state_.stats = counted;
-    links_.counts->add(GPOM_WIRE_SCANS_INSERTED); // counted last: a thread that sees the count
-                                                  // finds the scan in the state
+    // Counted last: a thread that sees the count finds the scan in the state.
+    links_.counts->add(GPOM_WIRE_SCANS_INSERTED);
 }
 
 MapState MapThread::state(bool reset_lag_max)

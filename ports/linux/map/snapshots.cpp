@@ -184,8 +184,8 @@ void Snapshots::run()
             return;
         }
         const auto slot = static_cast<std::uint32_t>(handed_slot_);
-        const std::int64_t begun_us = pace_.begun_us(); // no other snapshot begins until this one
-                                                        // is written
+        // No other snapshot begins until this one is written.
+        const std::int64_t begun_us = pace_.begun_us();
         lock.unlock();
         const bool is_written = write_file(slot);
         pace_.note(monotonic_us() - begun_us);

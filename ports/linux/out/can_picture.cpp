@@ -131,8 +131,8 @@ void CanPicture::take(const PortState &port)
     const CanConfig &can = config_->can;
     has_cells_ = false;
     for (int i = 0; i < kCopyTries && !has_cells_; ++i) {
-        map_ = links_.mapping->state(); // before the cells: they may be newer than the state, never
-                                        // older
+        // Before the cells: they may be newer than the state, never older.
+        map_ = links_.mapping->state();
         state_ = state_of(port);
         find_place();
         has_cells_ = state_ == GPOM_CAN_MAPPING && copy();

@@ -213,8 +213,8 @@ bool Publisher::goes_on(void *publisher)
 bool Publisher::copy()
 {
     for (int i = 0; i < kCopyTries; ++i) {
-        state_ = mapping_->state(); // before the cells: they may be newer than the state, never
-                                    // older
+        // Before the cells: they may be newer than the state, never older.
+        state_ = mapping_->state();
         if (!state_.has_map || gpom_lowres_copy(mapping_->map(), GPOM_LAYER_COARSE, cells_,
                                                 n_cells_, &info_) != GPOM_OK) {
             return false;

@@ -19,8 +19,8 @@ void StatusSender::send(bool is_stopping)
     const std::int64_t now_us = monotonic_us();
     const std::int64_t span_us = std::max<std::int64_t>(now_us - last_us_, 1);
     const std::int64_t n_inserted = counts_[GPOM_WIRE_SCANS_INSERTED];
-    const MapState state = mapping_.state(true); // read after the counts: the state contains all
-                                                 // scans counted
+    // Read after the counts: the state contains all scans counted.
+    const MapState state = mapping_.state(true);
     gpom_lowres_info_t info = {};
     if (gpom_lowres_info(mapping_.map(), GPOM_LAYER_COARSE, &info) == GPOM_OK) {
         n_dirty_ = info.n_dirty;

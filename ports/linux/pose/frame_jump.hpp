@@ -1,4 +1,4 @@
-// Jumps of the map frame, told by what a robot can do: a pose that it cannot have reached.
+// Finds jumps of the map frame. A jump is a pose that the robot cannot have reached.
 #ifndef GPOM_LINUX_FRAME_JUMP_HPP
 #define GPOM_LINUX_FRAME_JUMP_HPP
 
