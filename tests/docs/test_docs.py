@@ -9,7 +9,8 @@ import sys
 import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = ["README.md", *sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("docs/**/*.md"))]
+PAGES = ["README.md", *sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("docs/**/*.md")
+                              if path.name != "README.md")]
 TIMEOUT_S = 900
 FENCED = re.compile(r"^```(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 INDENTED = re.compile(r"(?<=\n\n)(?: {4}.*\n)+")
@@ -167,7 +168,8 @@ def test_commands_run(page, tmp_path):
     subprocess.run(["make", "tools", "gpomd", "lib", "examples"], cwd=ROOT, check=True,
                    stdout=subprocess.DEVNULL, timeout=TIMEOUT_S)
     GIVEN.get(page, lambda folder: None)(user_folder(tmp_path))
-    script = f"{NETWORK}\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\nset -ex\n{script_of(page)}\n"
+    script = (f"{NETWORK}\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n"
+              f"set -ex\n{script_of(page)}\n")
     done = subprocess.run([*own_network, "bash", "-c", script], cwd=tmp_path, text=True,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False,
                           stdin=subprocess.DEVNULL, timeout=TIMEOUT_S)
