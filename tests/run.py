@@ -4,8 +4,8 @@
 usage: tests/run.py [--summary FILE.json] SUITE...
 
 Suites: make unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux linux-sanitize
-tsan processors can firmware install instructions fuzz lint; `base` is the first ten, `extra` the
-rest.
+tsan processors can firmware install docs instructions fuzz lint; `base` is the first ten, `extra`
+the rest.
 Called by make, which builds what they need first. A failure is printed with its output, a skip with
 its reason. Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
@@ -32,8 +32,8 @@ SKIP_EXIT_CODE = 77
 TIMEOUT_S = 3600  # a whole suite on a slow machine; its tests have shorter ones
 BASE = ["make", "unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols",
         "tools", "linux"]
-EXTRA = ["linux-sanitize", "tsan", "processors", "can", "firmware", "install", "instructions",
-         "fuzz", "lint"]
+EXTRA = ["linux-sanitize", "tsan", "processors", "can", "firmware", "install", "docs",
+         "instructions", "fuzz", "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
@@ -319,6 +319,7 @@ SUITES = {
     "processors": run_processors,
     "firmware": run_firmware,
     "install": lambda results: run_pytest(results, "install", "tests/install"),
+    "docs": lambda results: run_pytest(results, "docs", "tests/docs"),
     "instructions": run_instructions,
     "fuzz": run_fuzz,
     "lint": run_lint,

@@ -43,6 +43,29 @@
  *    divisor (_far, _old, _contradicted); a past hit alone is contradicted, and a provisional one
  *    counts as beams_not_confirmed.
  *
+ *  \verbatim
+ *  a return on known free space,        any other return
+ *  or one that its scan looks past      that is kept
+ *            |                              |  .--. confirmed: + 1 count
+ *            v                              v  |  v seen through: - 1, 2, 4, 8
+ *     +-------------+  confirmed by     +----------+  no count is left and    +------+
+ *     | provisional |------------------>| standing |------------------------->| past |
+ *     +-------------+  another time     +----------+  clear_scans in a row    +------+
+ *            |                               |        saw through it           |  |
+ *            |      cleared within keep_m of |                                 |  |
+ *            |      a past hit, or forgotten |                                 |  |
+ *            |                               v                                 |  |
+ *            |  a beam without return    +------+   its end is forgotten       |  |
+ *            |  ------------------------>| none |<-----------------------------'  |
+ *            |                           +------+ only the free segment is known  |
+ *            | a beam passes it, or          | the free segment gives way         |
+ *            | too many younger ones wait    v                                    |
+ *            |                           +------+                                 |
+ *            '-------------------------->| gone |<--------------------------------'
+ *                                        +------+  evicted, forgotten, out of reach:
+ *                                                  from every state
+ *  \endverbatim
+ *
  *  Margins shrink towards a beam's end: 0.15 keep_m, and keep_m for neighbours on either side, to
  *  0.05 of the way it has still to go, 0.6 keep_m to 0.2 of it. Neighbours are beams that come one
  *  after the other in the scan's order, in the same group of 16. */

@@ -5,7 +5,6 @@ usage: tools/dev/docs_pages.py --build DIR --out DIR
   costs.md    cost of each public function, from the lines `Cost: ...` of include/gpom/
   tools.md    --help of each tool in the build folder
   messages.md the .lcm files
-  counters.md counters and problems of GPOM_STATUS, from lcmtypes/gpom_status_t.lcm
   budget.md   limits of tests/budget.csv
 Exit code 1: a public function has no line `Cost: ...`, or several.
 """
@@ -21,8 +20,6 @@ FUNCTION = re.compile(
     r"(?P<comment>/\*\*(?:(?!\*/).)*\*/)\n(?:GPOM_NODISCARD )?(?:GPOM_API|static inline) "
     r"[^;({]*?(?P<name>gpom_\w+)\(", re.DOTALL)
 COST = re.compile(r"^ \*  Cost: (.*?)(?: \*/)?$", re.MULTILINE)
-CONSTANT = re.compile(r"const int(?P<bits>\d+)_t (?P<name>\w+) = (?P<value>\d+);"
-                      r"(?:\s*//(?P<text>.*(?:\n\s*//.*)*))?")
 
 
 class InputError(Exception):
@@ -101,31 +98,6 @@ def messages_page():
     return "\n".join(parts)
 
 
-def one_line(comment):
-    """What follows a constant: its own comment, without the lines that belong to what follows."""
-    return " ".join(line.strip().lstrip("/").strip() for line in (comment or "").split("\n"))
-
-
-def counters_page():
-    counters, problems, states = [], [], []
-    for match in CONSTANT.finditer(read("lcmtypes/gpom_status_t.lcm")):
-        name, value, text = match.group("name", "value", "text")
-        lines = (text or "").split("\n")
-        # A comment that begins in the first columns starts the next group.
-        own = [line for i, line in enumerate(lines)
-               if i == 0 or re.match(r"\s{20,}//", line)]
-        rows = (problems if name.startswith("PROBLEM_") else
-                counters if match.group("bits") == "32" else states)
-        shown = name if rows is states else name.lower()
-        rows.append((value, f"`{shown}`", one_line("\n".join(own)) if text else ""))
-    if not (counters and problems and states):
-        raise InputError("lcmtypes/gpom_status_t.lcm: no counters, problems or states found")
-    return "\n".join([
-        "### States\n", table(["value", "state", "when"], states),
-        "### Counters\n", table(["place", "counter", "counts"], counters),
-        "### Problems\n", table(["bit", "problem", "seen in the last 10 s"], problems)])
-
-
 def budget_page():
     with open("tests/budget.csv", encoding="utf-8", newline="") as file:
         rows = [(row["target"], row["metric"], f"{int(row['limit']):,}")
@@ -141,8 +113,7 @@ def main():
     os.makedirs(args.out, exist_ok=True)
     try:
         pages = {"costs": costs_page(), "tools": tools_page(args.build),
-                 "messages": messages_page(), "counters": counters_page(),
-                 "budget": budget_page()}
+                 "messages": messages_page(), "budget": budget_page()}
     except InputError as error:
         print(f"docs_pages.py: {error}", file=sys.stderr)
         return 1

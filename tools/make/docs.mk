@@ -12,3 +12,5 @@ docs: tools gpomd build/setup/docs ## Build the documentation site: build/docs/h
 	$(Q)sphinx-build -q -W --keep-going -d $(DOCS)/doctrees -b html docs $(DOCS)/html
 
 .PHONY: docs
+
+test-all: build/setup/docs
