@@ -36,6 +36,7 @@ def programs(tmp_path_factory):
     return made
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize("beam_max", [200, 5000])
 def test_every_lane_width_keeps_the_same_beams_bit_for_bit(programs, beam_max):
     kept = {lanes: checked(program, beam_max) for lanes, program in programs.items()}

@@ -1,12 +1,15 @@
 """gpom-results: every table, twice the same, and what is left out."""
 import json
 
+import pytest
+
 
 def results(run, tool, data, out, *more):
     return run("gpom-results", "--build", tool("gpom-eval").parent, "--data", data, "--out", out,
                *more)
 
 
+@pytest.mark.campaign
 def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool, log, tmp_path):
     (tmp_path / "seattle.log.gz").symlink_to(log("seattle.log.gz"))
     texts = []

@@ -28,7 +28,8 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 
 test-all: test-programs
 test-all: build/setup/lint build/setup/install build/setup/can linux-tests can-tests fuzzers
-test-all: count-queries test-firmware-programs ## Run `test`, processors, firmware, CAN, fuzz, lint
+test-all: count-queries test-firmware-programs
+test-all: ## Run `test`, campaigns, processors, firmware, CAN, fuzz, lint
 	$(Q)$(MAKE) CONFIG=sanitize tool-tests \
 	    $(addprefix build/host-sanitize/,gpomd linux_tests)
 	$(Q)$(MAKE) CONFIG=thread tsan build/host-thread/gpomd
