@@ -3,9 +3,9 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: make unit unit-sanitize codec codec-sanitize c99 headers symbols tools linux linux-sanitize
-tsan processors can firmware install docs instructions fuzz lint; `base` is the first ten, `extra`
-the rest.
+Suites: unit codec c99 headers symbols unit-sanitize codec-sanitize tools linux make unit-campaign
+tools-campaign linux-campaign tools-sanitize linux-sanitize tsan processors can firmware install
+docs instructions fuzz lint; `base` is the first ten, `extra` the rest.
 Called by make, which builds what they need first. A failure is printed with its output, a skip with
 its reason. Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
@@ -30,10 +30,14 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 RESULTS = "build/test-results"
 SKIP_EXIT_CODE = 77
 TIMEOUT_S = 3600  # a whole suite on a slow machine; its tests have shorter ones
-BASE = ["make", "unit", "unit-sanitize", "codec", "codec-sanitize", "c99", "headers", "symbols",
-        "tools", "linux"]
-EXTRA = ["linux-sanitize", "tsan", "processors", "can", "firmware", "install", "docs",
-         "instructions", "fuzz", "lint"]
+# What a change breaks first runs first. What takes long is a campaign, which `extra` runs: pytest's
+# mark, and doctest's suites. "numeric campaign" is one for the sanitizers alone, where arithmetic
+# takes twenty times as long and says nothing that the program without them does not.
+BASE = ["unit", "codec", "c99", "headers", "symbols", "unit-sanitize", "codec-sanitize", "tools",
+        "linux", "make"]
+EXTRA = ["unit-campaign", "tools-campaign", "linux-campaign", "tools-sanitize", "linux-sanitize",
+         "tsan", "processors", "can", "firmware", "install", "docs", "instructions", "fuzz",
+         "lint"]
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
@@ -135,10 +139,31 @@ def run_check(results, name, command, show=False):
         results.fail(name, f"exit code {code}: {shlex.join(command)}\n{output}")
 
 
-def run_doctest(results, suite, program, before=""):
+def run_doctest(results, suite, program, before="", choice=()):
     report = f"{RESULTS}/{suite}.xml"
-    command = [program, "--reporters=junit", f"--out={report}"]
+    command = [program, "--reporters=junit", f"--out={report}", *choice]
     run_junit(results, suite, shlex.split(before) + command, report)
+
+
+def run_unit(results):
+    run_doctest(results, "unit", f"{HOST}/unit_tests", os.environ.get("EXEC", ""),
+                ["--test-suite-exclude=campaign"])
+
+
+def run_unit_sanitize(results):
+    run_doctest(results, "unit-sanitize", f"{SANITIZE}/unit_tests",
+                choice=["--test-suite-exclude=*campaign"])
+
+
+def run_unit_campaign(results):
+    run_doctest(results, "unit-campaign", f"{HOST}/unit_tests", choice=["--test-suite=campaign"])
+    run_doctest(results, "unit-campaign-sanitize", f"{SANITIZE}/unit_tests",
+                choice=["--test-suite=*campaign"])
+
+
+def run_tools(results):
+    run_doctest(results, "tools-unit", f"{HOST}/tool_tests", os.environ.get("EXEC", ""))
+    run_pytest(results, "tools", "tests/tools", mark="not campaign")
 
 
 def run_c99(results):
@@ -182,9 +207,10 @@ def run_symbols(results):
               ["tools/dev/check_symbols.py", "--exports", f"{HOST}/libgpom.so"])
 
 
-def run_pytest(results, suite, paths, before=()):
+def run_pytest(results, suite, paths, before=(), mark=""):
     report = f"{RESULTS}/{suite}.xml"
-    run_junit(results, suite, [*before, *pytest_words(paths), f"--junitxml={report}"], report)
+    run_junit(results, suite, [*before, *pytest_words(paths), "-m", mark, f"--junitxml={report}"],
+              report)
 
 
 def pytest_words(paths):
@@ -199,7 +225,7 @@ def as_root():
 
 def run_linux(results):
     run_doctest(results, "linux-unit", f"{HOST}/linux_tests")
-    run_pytest(results, "linux", "tests/linux", as_root())
+    run_pytest(results, "linux", "tests/linux", as_root(), "not campaign")
 
 
 def run_linux_sanitize(results):
@@ -299,10 +325,9 @@ def run_lint(results):
 
 
 SUITES = {
-    "unit": lambda results: run_doctest(results, "unit", f"{HOST}/unit_tests",
-                                        os.environ.get("EXEC", "")),
-    "unit-sanitize": lambda results: run_doctest(results, "unit-sanitize",
-                                                 f"{SANITIZE}/unit_tests"),
+    "unit": run_unit,
+    "unit-sanitize": run_unit_sanitize,
+    "unit-campaign": run_unit_campaign,
     "codec": lambda results: run_doctest(results, "codec", f"{HOST}/codec_tests",
                                          os.environ.get("EXEC", "")),
     "codec-sanitize": lambda results: run_doctest(results, "codec-sanitize",
@@ -311,8 +336,14 @@ SUITES = {
     "make": lambda results: run_pytest(results, "make", "tests/make"),
     "headers": run_headers,
     "symbols": run_symbols,
-    "tools": lambda results: run_pytest(results, "tools", "tests/tools"),
+    "tools": run_tools,
+    "tools-sanitize": lambda results: run_doctest(results, "tools-sanitize",
+                                                  f"{SANITIZE}/tool_tests"),
+    "tools-campaign": lambda results: run_pytest(results, "tools-campaign", "tests/tools",
+                                                 mark="campaign"),
     "linux": run_linux,
+    "linux-campaign": lambda results: run_pytest(results, "linux-campaign", "tests/linux",
+                                                 as_root(), "campaign"),
     "linux-sanitize": run_linux_sanitize,
     "tsan": run_tsan,
     "can": run_can,

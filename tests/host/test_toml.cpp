@@ -33,22 +33,30 @@ std::string refusal_of(const std::string &text)
     }
 }
 
+void check_is_toml_or_refused(const std::string &text)
+{
+    const std::string refusal = refusal_of(text);
+    REQUIRE((refusal.empty() || refusal.find("not TOML: ") != std::string::npos));
+}
+
 } // namespace
 
 // In builds with assertions some of these ended the program; in others a character beyond ASCII led
 // into code that the compiler takes for unreachable.
-TEST_CASE("every text of one or two bytes is TOML or refused")
+TEST_CASE("every text of one byte is TOML or refused")
 {
     for (int a = 0; a < 256; ++a) {
-        for (int b = -1; b < 256; ++b) {
-            std::string text(1, static_cast<char>(a));
-            text += b < 0 ? std::string() : std::string(1, static_cast<char>(b));
-            const std::string refusal = refusal_of(text);
-            REQUIRE((refusal.empty() || refusal.find("not TOML: ") != std::string::npos));
-        }
+        check_is_toml_or_refused(std::string(1, static_cast<char>(a)));
     }
     CHECK(refusal_of("[^") == "line 1: not TOML: Error while parsing key: expected bare key "
                               "starting character or string delimiter, saw '^'");
+}
+
+TEST_CASE("every text of two bytes is TOML or refused" * doctest::test_suite("campaign"))
+{
+    for (int pair = 0; pair < 256 * 256; ++pair) {
+        check_is_toml_or_refused({static_cast<char>(pair / 256), static_cast<char>(pair % 256)});
+    }
 }
 
 TEST_CASE("characters beyond ASCII stand in quotes and comments only")

@@ -328,6 +328,7 @@ def test_without_rivals_their_rows_are_missing(run, street, tmp_path):
     assert list(report["by_key"]) == METHODS[:4]
 
 
+@pytest.mark.campaign
 def test_the_exact_gp_beats_every_grid_on_a_street(run, street, tmp_path):
     pytest.importorskip("sklearn")
     report, _ = json_of(run, tmp_path, *street_words(street, "--exact-gp", "--points", 2000))
@@ -382,6 +383,7 @@ def test_runs_need_enough_scans(run, street):
     refused(run("gpom-eval", *log_words(street, "--split", "runs")), "gpom-eval", "--split runs")
 
 
+@pytest.mark.campaign
 def test_all_beams_are_nine_in_ten(run, log, tmp_path):
     report, _ = json_of(run, tmp_path, *log_words(log("seattle.log.gz"), "--fraction", 1.0,
                                                   "--rivals", "off"))
@@ -487,6 +489,7 @@ def test_pictures_of_a_street_are_drawn(run, street_eval, tmp_path):
         assert str(tmp_path / "pictures" / name) in done.stdout.splitlines()
 
 
+@pytest.mark.campaign
 def test_pictures_of_a_log_are_drawn(run, intel_eval, tmp_path):
     done = run("gpom-plot", intel_eval, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
@@ -537,6 +540,7 @@ def test_the_demo_draws_a_street_and_names_its_pictures(tool):
     assert all(path.is_absolute() and path.is_file() for path in pictures)
 
 
+@pytest.mark.campaign
 def test_the_demo_learns_on_the_first_metres_of_a_log_and_maps_the_rest(tool, log):
     done = demo(tool, log("campus-west.log.gz"))
     assert done.returncode == 0, done.stderr

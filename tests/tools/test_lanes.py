@@ -37,6 +37,7 @@ def programs(tmp_path_factory):
 
 
 @pytest.mark.parametrize("depth_m", [0, 1.5])
+@pytest.mark.campaign
 @pytest.mark.parametrize("beam_max", [200, 5000])
 def test_every_lane_width_keeps_the_same_beams_bit_for_bit(programs, beam_max, depth_m):
     kept = {lanes: checked(program, beam_max, depth_m) for lanes, program in programs.items()}

@@ -107,6 +107,7 @@ def test_marginal_likelihood_gives_a_map_that_ranks(run, log, tmp_path, kernel, 
     assert table["alpha"] <= 60.0 and table["sn2"] == table["sn2_free"] and "vote" not in table
 
 
+@pytest.mark.campaign
 def test_all_kernels_are_reported_and_the_best_on_held_out_points_is_written(run, log, tmp_path):
     done = run("gpom-learn", "--scans", log("csail.log.gz"), "--out", tmp_path / "p.toml", *QUICK)
     assert done.returncode == 0, done.stderr
@@ -130,6 +131,7 @@ def live_nll(run, log, params, *more):
     return json.loads(done.stdout)["live"]["nll"]
 
 
+@pytest.mark.campaign
 def test_learning_is_for_a_live_map_of_all_beams_unless_a_share_is_asked_for(run, log, tmp_path):
     """On a live map its own parameters beat those of a thinned map that keeps all it gets."""
     arguments = ("--scans", log("csail.log.gz"), "--kernel", "matern12", "--model",
@@ -153,6 +155,7 @@ def test_a_value_at_the_edge_of_its_search_is_a_warning_with_what_to_do(run, log
     assert "Warning: ell_m" in (tmp_path / "p.toml").read_text(encoding="utf-8")
 
 
+@pytest.mark.campaign
 def test_the_more_free_places_count_the_more_of_the_map_is_free(run, log, tmp_path):
     for weight in (1, 2):
         done = run("gpom-learn", "--scans", log("seattle.log.gz"), "--kernel", "matern12",

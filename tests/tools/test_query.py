@@ -266,7 +266,7 @@ def test_oracle_prior_probability_is_the_answer_far_from_all_beams_and_without_a
 
 
 def test_golden_files_are_what_the_oracle_gives():
-    done = subprocess.run([sys.executable, ROOT / "tools" / "gen_golden.py", "--check"],
+    done = subprocess.run([sys.executable, ROOT / "tools" / "dev" / "gen_golden.py", "--check"],
                           capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
 

@@ -1,6 +1,8 @@
 """gpom-results: every table, twice the same, and what is left out."""
 import json
 
+import pytest
+
 
 def results(run, tool, data, out, *more):
     return run("gpom-results", "--build", tool("gpom-eval").parent, "--data", data, "--out", out,
@@ -20,6 +22,7 @@ def check_order(text):
     assert headings and all(f"\n## {heading}\n" in tables for heading in headings)
 
 
+@pytest.mark.campaign
 def test_results_have_every_table_twice_the_same_and_name_absent_logs(run, tool, log, tmp_path):
     (tmp_path / "seattle.log.gz").symlink_to(log("seattle.log.gz"))
     texts = []

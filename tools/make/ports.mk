@@ -41,8 +41,10 @@ $(CODEC_OBJ) $(UART_OBJ) $(CAN_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(CODEC_FLAGS))
 $(TEMPLATE_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
-$(HOST_OBJ) $(LINUX_OBJ) $(LCM_TOOL_OBJ): $(BUILD)/obj/%.o: %.cpp
+$(HOST_OBJ) $(LINUX_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
+$(LCM_TOOL_OBJ): $(BUILD)/obj/%.o: %.cpp
+	$(call compile,$(CXX) $(BRIEF_FLAGS))
 
 $(BUILD)/libgpom_codec.a: $(CODEC_OBJ)
 $(BUILD)/libgpom_device.a: $(UART_OBJ)

@@ -1,12 +1,13 @@
 # Test programs for this machine and other processors, fuzzers, the runner.
 
-UNIT_SRC  := $(wildcard tests/common/*.cpp tests/unit/*/*.cpp tests/host/*.cpp \
-               tests/tools/*.cpp)
+UNIT_SRC  := $(wildcard tests/common/*.cpp tests/unit/*/*.cpp tests/host/*.cpp)
 TEST_OBJ  := $(call objects,$(filter-out $(if $(filter 0,$(SPARSE)),tests/unit/gp/test_sparse.cpp),\
                $(UNIT_SRC)))
 # Those of the core alone, without a library that a cross compiler would lack.
 CORE_TEST_OBJ := $(filter $(TEST_OBJ),$(call objects,$(shell \
     grep -L -e '"tools/' -e '"ports/' -e zlib -e snapshot_medium $(UNIT_SRC))))
+# Those of the tools: a program of its own, so that `test` need not sanitize all tools.
+TOOL_TEST_OBJ := $(call objects,$(wildcard tests/tools/*.cpp))
 SNAPSHOT_OBJ := $(call objects,$(wildcard tests/processors/*.cpp))
 TSAN_OBJ  := $(call objects,$(wildcard tests/tsan/*.cpp))
 C99_OBJ   := $(call objects,$(wildcard tests/api_c99/*.c))
@@ -25,10 +26,12 @@ RUN_TESTS = SEED=$(SEED) EXEC="$(EXEC)" GPOM_DATA=$(abspath $(DATA)) \
 test: test-programs ## Run the tests of library and tools (unit also under ASan and UBSan)
 	$(Q)$(RUN_TESTS) --summary build/test-summary.json base
 
-test-all: $(if $(SKIP_BASE),,test-programs)
+test-all: test-programs
 test-all: build/setup/lint build/setup/install build/setup/can linux-tests can-tests fuzzers
-test-all: count-queries test-firmware-programs ## Run `test`, processors, firmware, CAN, fuzz, lint
-	$(Q)$(MAKE) CONFIG=sanitize build/host-sanitize/gpomd build/host-sanitize/linux_tests
+test-all: count-queries test-firmware-programs
+test-all: ## Run `test`, campaigns, processors, firmware, CAN, fuzz, lint
+	$(Q)$(MAKE) CONFIG=sanitize tool-tests \
+	    $(addprefix build/host-sanitize/,gpomd linux_tests)
 	$(Q)$(MAKE) CONFIG=thread tsan build/host-thread/gpomd
 	$(Q)$(MAKE) processors
 	$(Q)$(RUN_TESTS) --summary build/test-all-summary.json $(if $(SKIP_BASE),,base) extra
@@ -39,14 +42,16 @@ test-can: can-tests build/setup/can ## Test CAN: frames, and gpomd on vcan or in
 fuzz: fuzzers ## Fuzz each decoder: FUZZ_RUNS inputs, or FUZZ_SECONDS
 	$(Q)$(RUN_TESTS) fuzz
 
-.PHONY: test test-all test-can fuzz test-programs unit tsan codec-tests linux-tests \
+.PHONY: test test-all test-can fuzz test-programs unit tool-tests tsan codec-tests linux-tests \
         can-tests fuzzers processors
 
-test-programs: lib tools unit codec-tests linux-tests $(BUILD)/api_c99 $(BUILD)/template_test \
-    build/setup/python
+test-programs: lib tools unit tool-tests codec-tests linux-tests $(BUILD)/api_c99 \
+    $(BUILD)/template_test build/setup/python
 	$(Q)$(MAKE) CONFIG=sanitize unit codec-tests build/host-sanitize/template_test
 
 unit: $(BUILD)/unit_tests
+
+tool-tests: $(BUILD)/tool_tests
 
 tsan: $(BUILD)/tsan_tests
 
@@ -72,18 +77,21 @@ processors: $(BUILD)/snapshot_bytes ## Build tests for 64-bit Arm and a big-endi
 	        core_tests api_c99) && \
 	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; fi
 
-$(TEST_OBJ) $(SNAPSHOT_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ) \
-    $(CAN_TEST_OBJ) $(LINUX_TEST_OBJ) $(LIBRARY_MAP_OBJ): $(BUILD)/flags | $(COMPILER)
+$(TEST_OBJ) $(TOOL_TEST_OBJ) $(SNAPSHOT_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(CODEC_TEST_OBJ) \
+    $(CODEC_ECHO_OBJ) $(CAN_TEST_OBJ) $(LINUX_TEST_OBJ) $(LIBRARY_MAP_OBJ): \
+    $(BUILD)/flags | $(COMPILER)
 $(TEST_OBJ): | build/setup/test $(if $(CROSS),$(CROSS_INCLUDE)/stamp)
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
-$(CAN_TEST_OBJ) $(LINUX_TEST_OBJ): | build/setup/test
-$(TEST_OBJ) $(SNAPSHOT_OBJ) $(TSAN_OBJ) $(CAN_TEST_OBJ) $(LINUX_TEST_OBJ) $(LIBRARY_MAP_OBJ): \
+$(TOOL_TEST_OBJ) $(CAN_TEST_OBJ) $(LINUX_TEST_OBJ): | build/setup/test
+$(TEST_OBJ) $(TOOL_TEST_OBJ) $(CAN_TEST_OBJ) $(LINUX_TEST_OBJ) $(LIBRARY_MAP_OBJ): \
     $(BUILD)/obj/%.o: %.cpp
+	$(call compile,$(CXX) $(BRIEF_FLAGS))
+$(SNAPSHOT_OBJ) $(TSAN_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(C99_OBJ): $(BUILD)/obj/%.o: %.c
 	$(call compile,$(CC) $(C99_FLAGS))
 $(CODEC_TEST_OBJ) $(CODEC_ECHO_OBJ): $(BUILD)/obj/%.o: %.cpp
-	$(call compile,$(CXX) $(HOST_FLAGS) -isystem $(BUILD)/lcm)
+	$(call compile,$(CXX) $(BRIEF_FLAGS) -isystem $(BUILD)/lcm)
 
 # What lcm-gen makes of lcmtypes/, for tests only; the prefix keeps its gpom_map_t from ours.
 LCM_TYPES := $(wildcard lcmtypes/*.lcm)
@@ -105,7 +113,10 @@ $(CROSS_INCLUDE)/stamp: | build/setup/test build/setup/lcm
 
 $(BUILD)/api_c99: $(C99_OBJ) $(BUILD)/libgpom.a
 	$(call link,$(CC) $(MODE) $(if $(CROSS),-static),$(CORE_LIBS))
-$(BUILD)/unit_tests: $(TEST_OBJ) $(TOOLS_LIB) $(BUILD)/libgpom.a
+$(BUILD)/unit_tests: $(TEST_OBJ) $(HOST_OBJ) $(call objects,tools/sim/truth.cpp) $(BUILD)/libgpom.a
+	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))
+$(BUILD)/tool_tests: $(TOOL_TEST_OBJ) $(BUILD)/obj/tests/common/main.o $(TOOLS_LIB) \
+    $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),$(TOOL_LIBS) $(CORE_LIBS))
 $(BUILD)/core_tests: $(CORE_TEST_OBJ) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS) -static,$(CORE_LIBS))

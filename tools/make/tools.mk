@@ -42,7 +42,9 @@ demo: ## Simulate or replay LOG, build a map, evaluate and plot it
 .PHONY: tools results demo-cars demo-doors demo
 
 $(TOOL_OBJ) $(TOOL_PART_OBJ): $(BUILD)/flags | $(COMPILER)
-$(TOOL_OBJ) $(TOOL_PART_OBJ): $(BUILD)/obj/%.o: %.cpp
+$(TOOL_OBJ): $(BUILD)/obj/%.o: %.cpp
+	$(call compile,$(CXX) $(BRIEF_FLAGS))
+$(TOOL_PART_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 
 # gpom-some-tool is made from tools/gpom_some_tool.cpp and these folders of tools/, if not from all.

@@ -160,7 +160,8 @@ TEST_CASE("cuts in a row never cost the snapshot that was whole")
 }
 
 // The same at 2000 random bytes (100 under sanitizers) of a snapshot of 16,384 beams.
-TEST_CASE("a cut at random bytes of a large map leaves one map whole")
+TEST_CASE("a cut at random bytes of a large map leaves one map whole" *
+          doctest::test_suite("campaign"))
 {
     GPOM_TELL_SEED();
     constexpr std::uint32_t kBeams = 16384;
