@@ -1,8 +1,9 @@
 /** \file map.h
  *  A map: beams and their index inside memory that the caller hands over once.
  *
- *  Threads: any number of queries may run at once on one map; nothing may run beside a call that
- *  takes a non-const map. Different maps are independent: the library has no global state. */
+ *  Threads: any number of queries may run at once on one map. Nothing may run at the same time as a
+ *  call that takes a non-const map, except gpom_lowres_copy() and gpom_lowres_info(), which may run
+ *  in any thread (lowres.h). Different maps are independent: the library has no global state. */
 #ifndef GPOM_MAP_H
 #define GPOM_MAP_H
 

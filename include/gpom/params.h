@@ -42,23 +42,27 @@ typedef struct {
     int32_t kernel;        /**< gpom_kernel_t. Default GPOM_KERNEL_MATERN12. */
     int32_t frame;         /**< gpom_frame_t. Default GPOM_FRAME_QUERY. */
     float sf2;             /**< Signal variance [1]; 1e-6 .. 1e6. Default 13. */
-    float s0;              /**< NN only: variance of the bias weight [1]; 1e-3 .. 1e6. */
-    float s1;              /**< NN only: variance of the position weights [1/m2]; 1e-6 .. 1e4. */
-    float ell_m;           /**< All but NN: length scale [m]; 0.2, for Askey 0.6 .. 1000. */
+    float s0;              /**< NN only: variance of the bias weight [1]; 1e-3 .. 1e6.
+                                Default 60. */
+    float s1;              /**< NN only: variance of the position weights [1/m2]; 1e-6 .. 1e4.
+                                Default 1. */
+    float ell_m;           /**< All but NN: length scale [m]; 0.2, for Askey 0.6 .. 1000.
+                                Default 11. */
     float sn2;             /**< Noise variance of hits [1]; at most 1e6, at least 1e-3 sf2, and for
                                 Matern-1/2 and Askey at least 1e-5 sf2 if gap_m (1 - anisotropy) is
                                 0.05 or more. Float32 then keeps a probability within 0.01 (sigmoid
                                 as in the presets; not where a hit stands on the free segment of
-                                another beam: docs/decisions/float32.md). */
-    float sn2_free;        /**< Noise variance of free points [1]; likewise. */
-    float alpha;           /**< Slope of the sigmoid, eq. 7 [1]; 1e-6 .. 1e6. */
-    float beta;            /**< Offset of the sigmoid, eq. 7 [1]; -1e6 .. 1e6. */
-    float gap_m;           /**< Free segments end this far before their hit [m]; 0 .. 1e6. */
-    float p_occupied;      /**< Class occupied at or above this probability. */
-    float p_free;          /**< Class free at or below this probability; < p_occupied. */
-    uint16_t n_hits;       /**< Nearest hits per query; >= 1. Default 8. */
-    uint16_t n_free;       /**< Nearest free segments per query; >= 1. n_hits + n_free <= 64, with
-                           GPOM_KERNEL_ASKEY and a sparse solve in the library <= 512. */
+                                another beam: docs/decisions/float32.md). Default 0.02. */
+    float sn2_free;        /**< Noise variance of free points [1]; the same bounds. Default 0.31. */
+    float alpha;           /**< Slope of the sigmoid, eq. 7 [1]; 1e-6 .. 1e6. Default 3.2. */
+    float beta;            /**< Offset of the sigmoid, eq. 7 [1]; -1e6 .. 1e6. Default 0.035. */
+    float gap_m;           /**< Free segments end this far before their hit [m]; 0 .. 1e6. Default
+                                0.05. */
+    float p_occupied;      /**< Class occupied at or above this probability. Default 0.7. */
+    float p_free;    /**< Class free at or below this probability; < p_occupied. Default 0.3. */
+    uint16_t n_hits; /**< Nearest hits per query; >= 1. Default 8. */
+    uint16_t n_free; /**< Nearest free segments per query; >= 1. n_hits + n_free <= 64, with
+                           GPOM_KERNEL_ASKEY and a sparse solve in the library <= 512. Default 8. */
 
     /* Beyond the paper's model; 0, the default, leaves each out exactly. See docs/method.md. */
 

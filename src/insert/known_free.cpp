@@ -30,8 +30,8 @@ bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
     const float from_x = part.x_m - beam.x_m;
     const float from_y = part.y_m - beam.y_m;
     const float near_side = from_x * beam.dir_y - from_y * beam.dir_x;
-    const float turn = part.dir_x * beam.dir_y - part.dir_y * beam.dir_x;
-    const float far_side = near_side + part.length_m * turn;
+    const float across_per_m = part.dir_x * beam.dir_y - part.dir_y * beam.dir_x;
+    const float far_side = near_side + part.length_m * across_per_m;
     if ((near_side < 0.0f) == (far_side < 0.0f)) {
         return false;
     }

@@ -86,7 +86,7 @@ BeamLanes lanes_of(const Group &group, uint32_t i_vector, bool moves)
 
 /// How far the place `to` is to the left of the ray along the direction `from`. `to` is relative to
 /// the start of the ray.
-float turn(const Point &from, const Point &to) { return from.x_m * to.y_m - from.y_m * to.x_m; }
+float cross(const Point &from, const Point &to) { return from.x_m * to.y_m - from.y_m * to.x_m; }
 
 Fan fan_of(const Group &group)
 {
@@ -96,8 +96,8 @@ Fan fan_of(const Group &group)
     for (uint32_t i = 0; i < group.n; ++i) {
         const Point dir = {group.beams[i].dir_x, group.beams[i].dir_y};
         fan.is_wide = fan.is_wide || !(ahead.x_m * dir.x_m + ahead.y_m * dir.y_m > 0.0f);
-        fan.right = turn(fan.right, dir) < 0.0f ? dir : fan.right;
-        fan.left = turn(fan.left, dir) > 0.0f ? dir : fan.left;
+        fan.right = cross(fan.right, dir) < 0.0f ? dir : fan.right;
+        fan.left = cross(fan.left, dir) > 0.0f ? dir : fan.left;
     }
     return fan;
 }
@@ -106,7 +106,7 @@ Fan fan_of(const Group &group)
 /// either edge.
 bool is_in_fan(const Fan &fan, const Point &at, float reach_m)
 {
-    return (turn(fan.right, at) >= -reach_m) & (turn(fan.left, at) <= reach_m);
+    return (cross(fan.right, at) >= -reach_m) & (cross(fan.left, at) <= reach_m);
 }
 
 /// The same for any place of a box. The box extends by `half` to either side of its centre.
@@ -116,8 +116,8 @@ bool is_in_fan(const Fan &fan, const Point &centre, const Point &half, float rea
         half.x_m * lane::abs(fan.right.y_m) + half.y_m * lane::abs(fan.right.x_m);
     const float beside_left =
         half.x_m * lane::abs(fan.left.y_m) + half.y_m * lane::abs(fan.left.x_m);
-    return (turn(fan.right, centre) >= -(reach_m + beside_right)) &
-           (turn(fan.left, centre) <= reach_m + beside_left);
+    return (cross(fan.right, centre) >= -(reach_m + beside_right)) &
+           (cross(fan.left, centre) <= reach_m + beside_left);
 }
 
 /// True if one of kLanes beams from the sensor comes within reach_m of a box. Compares the
@@ -293,7 +293,7 @@ bool contradict(gpom_map &map, uint32_t slot)
 float left_of(const Trial &trial, uint32_t i_beam, const Point &hit)
 {
     const Beam &beam = trial.map.keeper.group.beams[i_beam];
-    return turn({beam.dir_x, beam.dir_y}, {hit.x_m - beam.x_m, hit.y_m - beam.y_m});
+    return cross({beam.dir_x, beam.dir_y}, {hit.x_m - beam.x_m, hit.y_m - beam.y_m});
 }
 
 /// Selects, from the beams beside a hit, the beams that pass it nearer than kPass allows.

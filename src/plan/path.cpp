@@ -37,7 +37,7 @@ struct Piece {
 };
 
 /// Generates the samples of a path, one after the other.
-struct Walk {
+struct SampleCursor {
     const gpom_path_t &path;
     size_t i_corner, i_next; ///< i_next: next corner at another place. n_points: there is none.
     Vector in, out;          ///< Unit directions before and after the corner. 0: there is none.
@@ -86,92 +86,92 @@ double turn_between(const Vector &in, const Vector &out)
 }
 
 /// Set the sides of the corner's sector. It holds all directions d with d.in >= 0 and d.out <= 0.
-void aim_sector(const Walk &walk, Piece &sector)
+void aim_sector(const SampleCursor &cursor, Piece &sector)
 {
-    if (walk.in.isZero(0.0)) { // the half disc behind, or the whole disc if the path stands still
-        sector.sweep_rad = walk.out.isZero(0.0) ? 2.0 * kPi : kPi;
-        sector.axis = walk.out.isZero(0.0) ? Vector(1.0, 0.0) : left_of(walk.out);
+    if (cursor.in.isZero(0.0)) { // the half disc behind, or the whole disc if the path stands still
+        sector.sweep_rad = cursor.out.isZero(0.0) ? 2.0 * kPi : kPi;
+        sector.axis = cursor.out.isZero(0.0) ? Vector(1.0, 0.0) : left_of(cursor.out);
         return;
     }
-    sector.sweep_rad = walk.out.isZero(0.0) ? kPi : turn_between(walk.in, walk.out);
-    sector.axis = sector.sweep_rad < 0.0 ? left_of(walk.in) : Vector(-left_of(walk.in));
+    sector.sweep_rad = cursor.out.isZero(0.0) ? kPi : turn_between(cursor.in, cursor.out);
+    sector.axis = sector.sweep_rad < 0.0 ? left_of(cursor.in) : Vector(-left_of(cursor.in));
 }
 
-bool is_narrow(const Walk &walk, const Piece &sector)
+bool is_narrow(const SampleCursor &cursor, const Piece &sector)
 {
-    const double width_m = walk.path.radius_m * lane::max(sector.sweep_rad, -sector.sweep_rad);
-    return !walk.in.isZero(0.0) && width_m <= kNarrow * walk.path.spacing_m;
+    const double width_m = cursor.path.radius_m * lane::max(sector.sweep_rad, -sector.sweep_rad);
+    return !cursor.in.isZero(0.0) && width_m <= kNarrow * cursor.path.spacing_m;
 }
 
-void begin_row(Walk &walk)
+void begin_row(SampleCursor &cursor)
 {
-    const Piece &piece = walk.piece;
-    double width_m = 2.0 * walk.path.radius_m;
+    const Piece &piece = cursor.piece;
+    double width_m = 2.0 * cursor.path.radius_m;
     if (piece.is_sector) {
-        const double part = piece.n_rows > 0 ? static_cast<double>(walk.row) / piece.n_rows : 0.0;
-        width_m = part * walk.path.radius_m * lane::max(piece.sweep_rad, -piece.sweep_rad);
+        const double part = piece.n_rows > 0 ? static_cast<double>(cursor.row) / piece.n_rows : 0.0;
+        width_m = part * cursor.path.radius_m * lane::max(piece.sweep_rad, -piece.sweep_rad);
     }
-    walk.n_across = step_count(width_m, walk.path.spacing_m);
-    walk.i_across = 0;
+    cursor.n_across = step_count(width_m, cursor.path.spacing_m);
+    cursor.i_across = 0;
 }
 
 /// Begin the sector of the next corner. False if the sector is too narrow.
-bool begin_sector(Walk &walk)
+bool begin_sector(SampleCursor &cursor)
 {
-    const gpom_path_t &path = walk.path;
-    walk.i_next = walk.i_corner + 1;
-    const Vector corner_m = corner_of(path, walk.i_corner);
-    while (walk.i_next < path.n_points && corner_of(path, walk.i_next) == corner_m) {
-        ++walk.i_next;
+    const gpom_path_t &path = cursor.path;
+    cursor.i_next = cursor.i_corner + 1;
+    const Vector corner_m = corner_of(path, cursor.i_corner);
+    while (cursor.i_next < path.n_points && corner_of(path, cursor.i_next) == corner_m) {
+        ++cursor.i_next;
     }
-    walk.in = walk.out;
-    walk.out = walk.i_next < path.n_points
-                   ? direction_of_offset(corner_of(path, walk.i_next) - corner_m)
-                   : Vector(0.0, 0.0);
-    Piece &sector = walk.piece;
+    cursor.in = cursor.out;
+    cursor.out = cursor.i_next < path.n_points
+                     ? direction_of_offset(corner_of(path, cursor.i_next) - corner_m)
+                     : Vector(0.0, 0.0);
+    Piece &sector = cursor.piece;
     sector.arc_m += sector.length_m;
     sector.length_m = 0.0;
     sector.corner_m = corner_m;
     sector.is_sector = true;
     sector.n_rows = step_count(path.radius_m, path.spacing_m);
-    aim_sector(walk, sector);
-    walk.row = 0;
-    begin_row(walk);
-    return !is_narrow(walk, sector);
+    aim_sector(cursor, sector);
+    cursor.row = 0;
+    begin_row(cursor);
+    return !is_narrow(cursor, sector);
 }
 
 /// Begin the stretch from the corner to the next one. False if there is no next corner.
-bool begin_stretch(Walk &walk)
+bool begin_stretch(SampleCursor &cursor)
 {
-    if (walk.i_next >= walk.path.n_points) {
+    if (cursor.i_next >= cursor.path.n_points) {
         return false;
     }
-    Piece &stretch = walk.piece;
-    stretch.axis = walk.out;
-    stretch.length_m = (corner_of(walk.path, walk.i_next) - stretch.corner_m).norm();
+    Piece &stretch = cursor.piece;
+    stretch.axis = cursor.out;
+    stretch.length_m = (corner_of(cursor.path, cursor.i_next) - stretch.corner_m).norm();
     stretch.is_sector = false;
-    stretch.n_rows = step_count(stretch.length_m, walk.path.spacing_m);
-    walk.row = 0;
-    begin_row(walk);
+    stretch.n_rows = step_count(stretch.length_m, cursor.path.spacing_m);
+    cursor.row = 0;
+    begin_row(cursor);
     return true;
 }
 
-Walk walk_along(const gpom_path_t &path)
+SampleCursor samples_along(const gpom_path_t &path)
 {
-    Walk walk = {path, 0, 0, Vector(0.0, 0.0), Vector(0.0, 0.0), {}, 0, 0, 0, false};
-    walk.piece.length_m = 0.0;
-    walk.piece.arc_m = 0.0;
-    (void)begin_sector(walk); // the sector of the first corner is never narrow
-    return walk;
+    SampleCursor cursor = {path, 0, 0, Vector(0.0, 0.0), Vector(0.0, 0.0), {}, 0, 0, 0, false};
+    cursor.piece.length_m = 0.0;
+    cursor.piece.arc_m = 0.0;
+    (void)begin_sector(cursor); // the sector of the first corner is never narrow
+    return cursor;
 }
 
-Sample sample_at(const Walk &walk)
+Sample sample_at(const SampleCursor &cursor)
 {
-    const Piece &piece = walk.piece;
-    const double along = piece.n_rows > 0 ? static_cast<double>(walk.row) / piece.n_rows : 0.0;
+    const Piece &piece = cursor.piece;
+    const double along = piece.n_rows > 0 ? static_cast<double>(cursor.row) / piece.n_rows : 0.0;
     const double across =
-        walk.n_across > 0 ? static_cast<double>(walk.i_across) / walk.n_across : 0.0;
-    const double radius_m = walk.path.radius_m;
+        cursor.n_across > 0 ? static_cast<double>(cursor.i_across) / cursor.n_across : 0.0;
+    const double radius_m = cursor.path.radius_m;
     if (!piece.is_sector) {
         const double t_m = along * piece.length_m;
         const double s_m = (2.0 * across - 1.0) * radius_m;
@@ -183,33 +183,33 @@ Sample sample_at(const Walk &walk)
     return {piece.corner_m + along * radius_m * direction, piece.arc_m};
 }
 
-void begin_next_piece(Walk &walk)
+void begin_next_piece(SampleCursor &cursor)
 {
-    if (walk.piece.is_sector && begin_stretch(walk)) {
+    if (cursor.piece.is_sector && begin_stretch(cursor)) {
         return;
     }
-    if (walk.i_next >= walk.path.n_points) {
-        walk.is_done = true;
+    if (cursor.i_next >= cursor.path.n_points) {
+        cursor.is_done = true;
         return;
     }
-    walk.i_corner = walk.i_next;
-    if (!begin_sector(walk)) {
-        (void)begin_stretch(walk); // a narrow corner is never the last: a stretch follows it
+    cursor.i_corner = cursor.i_next;
+    if (!begin_sector(cursor)) {
+        (void)begin_stretch(cursor); // a narrow corner is never the last: a stretch follows it
     }
 }
 
 /// Get the next sample. False if there is none left.
-bool next_sample(Walk &walk, Sample &sample)
+bool next_sample(SampleCursor &cursor, Sample &sample)
 {
-    if (walk.is_done) {
+    if (cursor.is_done) {
         return false;
     }
-    sample = sample_at(walk);
-    if (++walk.i_across > walk.n_across) {
-        if (++walk.row > walk.piece.n_rows) {
-            begin_next_piece(walk);
+    sample = sample_at(cursor);
+    if (++cursor.i_across > cursor.n_across) {
+        if (++cursor.row > cursor.piece.n_rows) {
+            begin_next_piece(cursor);
         } else {
-            begin_row(walk);
+            begin_row(cursor);
         }
     }
     return true;
@@ -245,13 +245,13 @@ bool is_path(const gpom_path_t &path)
            sample_bound(path) <= static_cast<double>(GPOM_PATH_SAMPLES_MAX);
 }
 
-/// Add the answers of one group to the result. `walk` generates the samples of the group again.
-void regard(const PointGroup &group, size_t n, Walk &walk, gpom_path_result_t &result)
+/// Add the answers of one batch to the result. `cursor` generates the samples of the batch again.
+void regard(const PointBatch &batch, size_t n, SampleCursor &cursor, gpom_path_result_t &result)
 {
     for (size_t i = 0; i < n && (result.flags & GPOM_PATH_STOPPED) == 0; ++i) {
         Sample sample;
-        (void)next_sample(walk, sample);
-        const gpom_answer_t &answer = group.answers[i];
+        (void)next_sample(cursor, sample);
+        const gpom_answer_t &answer = batch.answers[i];
         result.flags |= (answer.flags & GPOM_ANSWER_OUT_OF_REACH) != 0 ? GPOM_PATH_OUT_OF_REACH : 0;
         result.flags |= (answer.flags & GPOM_ANSWER_PIVOT) != 0 ? GPOM_PATH_PIVOT : 0;
         result.flags |= (answer.flags & GPOM_ANSWER_CUT) != 0 ? GPOM_PATH_CUT : 0;
@@ -263,17 +263,17 @@ void regard(const PointGroup &group, size_t n, Walk &walk, gpom_path_result_t &r
             result.probability = answer.probability;
             result.cls = answer.cls;
         }
-        result.flags |= answer.probability >= walk.path.stop_probability ? GPOM_PATH_STOPPED : 0;
+        result.flags |= answer.probability >= cursor.path.stop_probability ? GPOM_PATH_STOPPED : 0;
     }
 }
 
-/// Fill the group with the next samples. Returns their number.
-size_t gather(PointGroup &group, Walk &walk)
+/// Fill the batch with the next samples. Returns their number.
+size_t gather(PointBatch &batch, SampleCursor &cursor)
 {
     size_t n = 0;
     Sample sample;
-    while (n < kGroupSize && next_sample(walk, sample)) {
-        group.points[n++] = {sample.place_m.x(), sample.place_m.y()};
+    while (n < kBatchSize && next_sample(cursor, sample)) {
+        batch.points[n++] = {sample.place_m.x(), sample.place_m.y()};
     }
     return n;
 }
@@ -304,20 +304,20 @@ gpom_status_t gpom_path_query(const gpom_map_t *map, const gpom_path_t *path,
     if (scratch->mem == nullptr || scratch->mem_bytes < gpom_scratch_bytes(map)) {
         return GPOM_ERR_MEM;
     }
-    gpom::PointGroup &group = *gpom::carve_group(scratch->mem);
-    gpom::Walk ahead = gpom::walk_along(*path);
-    gpom::Walk behind = ahead; // generates the samples again when their answers are known
+    gpom::PointBatch &batch = *gpom::carve_batch(scratch->mem);
+    gpom::SampleCursor ahead = gpom::samples_along(*path);
+    gpom::SampleCursor behind = ahead; // generates the samples again when their answers are known
     *result = gpom_path_result_t{};
     result->probability = -1.0f;
-    size_t n = gpom::gather(group, ahead);
+    size_t n = gpom::gather(batch, ahead);
     while (n > 0 && (result->flags & GPOM_PATH_STOPPED) == 0) {
         const gpom_status_t status =
-            gpom_query_points(map, group.points, n, group.answers, scratch);
+            gpom_query_points(map, batch.points, n, batch.answers, scratch);
         if (status == GPOM_ERR_ARG || status == GPOM_ERR_MEM) {
             return status;
         }
-        gpom::regard(group, n, behind, *result);
-        n = gpom::gather(group, ahead);
+        gpom::regard(batch, n, behind, *result);
+        n = gpom::gather(batch, ahead);
     }
     return gpom::status_of(*result);
 }

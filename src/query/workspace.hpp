@@ -39,11 +39,11 @@ struct ListOrder {
 
 /// Number of points that a caller inside the library asks together. It is the same for every lane
 /// width.
-constexpr uint32_t kGroupSize = GPOM_LANES_MAX;
+constexpr uint32_t kBatchSize = GPOM_LANES_MAX;
 
-struct PointGroup {
-    gpom_point_t points[kGroupSize];
-    gpom_answer_t answers[kGroupSize];
+struct PointBatch {
+    gpom_point_t points[kBatchSize];
+    gpom_answer_t answers[kBatchSize];
 };
 
 struct Workspace {
@@ -92,7 +92,7 @@ inline ScratchNeed scratch_need(const gpom_map &map)
     return {n, pool_size(params.n_hits, params) + pool_size(params.n_free, params), is_sparse(map)};
 }
 
-/// Byte offsets of the arrays, from the end of the group of points, which is at the start of the
+/// Byte offsets of the arrays, from the end of the batch of points, which is at the start of the
 /// scratch. Arrays of lanes come first, because their alignment is the strictest. Arrays that only
 /// a dense solve needs are empty for a sparse solve, and the other way round.
 struct ScratchLayout {
@@ -123,11 +123,11 @@ constexpr ScratchLayout scratch_layout(const ScratchNeed &need)
 /// The strictest alignment of any array in the scratch.
 constexpr size_t kScratchAlignment = sizeof(F) > 8 ? sizeof(F) : 8;
 
-/// Bytes of a scratch: the group of points, the arrays, and the bytes that may be lost to align the
-/// group and the arrays.
+/// Bytes of a scratch: the batch of points, the arrays, and the bytes that may be lost to align the
+/// batch and the arrays.
 constexpr size_t scratch_bytes(const ScratchNeed &need)
 {
-    return 7 + sizeof(PointGroup) + kScratchAlignment - 1 + scratch_layout(need).total;
+    return 7 + sizeof(PointBatch) + kScratchAlignment - 1 + scratch_layout(need).total;
 }
 
 /// True if GPOM_SCRATCH_BYTES() is enough to choose n neighbours from 2 n.
@@ -146,11 +146,11 @@ inline void *align_pointer(void *mem, size_t alignment)
     return reinterpret_cast<void *>(align_up(reinterpret_cast<uintptr_t>(mem), alignment));
 }
 
-/// The group of points at the start of the scratch. Queries do not change it. Its place is the same
+/// The batch of points at the start of the scratch. Queries do not change it. Its place is the same
 /// for every lane width.
-inline PointGroup *carve_group(void *scratch)
+inline PointBatch *carve_batch(void *scratch)
 {
-    return static_cast<PointGroup *>(align_pointer(scratch, 8));
+    return static_cast<PointBatch *>(align_pointer(scratch, 8));
 }
 
 inline Workspace carve_workspace(const gpom_map &map, void *scratch)
@@ -159,7 +159,7 @@ inline Workspace carve_workspace(const gpom_map &map, void *scratch)
     const ScratchNeed need = scratch_need(map);
     const size_t n_pool_hits = pool_size(params.n_hits, params);
     const ScratchLayout layout = scratch_layout(need);
-    void *const mem = align_pointer(carve_group(scratch) + 1, kScratchAlignment);
+    void *const mem = align_pointer(carve_batch(scratch) + 1, kScratchAlignment);
     const size_t n_padded = kTile * tile_count(need.n);
     F *const xynw = carve<F>(mem, layout.points);
     F *const uv = carve<F>(mem, layout.vectors);

@@ -82,7 +82,7 @@ struct Lowres {
     uint32_t frame_epoch;
     int32_t robot_ix, robot_iy; ///< The robot's cell in the coarse layer. May be out of its window.
     Spiral near;
-    uint8_t turn; ///< Groups evaluated, modulo 8.
+    uint8_t batch_number; ///< Batches of cells evaluated so far, modulo 8.
     uint8_t is_rolling;
     uint8_t has_stamp0;
 };

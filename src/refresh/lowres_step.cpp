@@ -15,24 +15,24 @@ enum class Source : uint8_t { near, coarse, focus, all_coarse, all_focus };
 constexpr Source kPrecedence[] = {Source::near, Source::coarse, Source::focus, Source::all_coarse,
                                   Source::all_focus};
 
-constexpr uint32_t kTurns = 8;
+constexpr uint32_t kBatchCycle = 8;
 
 /// Cells that are evaluated together.
-struct Group {
-    uint32_t slots[kGroupSize];
+struct CellBatch {
+    uint32_t slots[kBatchSize];
     uint32_t n;
     uint32_t is_focus; ///< Bit i: cell i belongs to the focus layer.
     uint64_t n_looks, n_looks_max;
 };
-static_assert(kGroupSize <= 32, "a bit each");
+static_assert(kBatchSize <= 32, "a bit each");
 
 /// The state of one selection of cells.
 struct Work {
     Lowres &lowres;
-    PointGroup &points;
-    Group group;
+    PointBatch &points;
+    CellBatch batch;
 
-    bool has_room() const { return group.n < kGroupSize && group.n_looks < group.n_looks_max; }
+    bool has_room() const { return batch.n < kBatchSize && batch.n_looks < batch.n_looks_max; }
 };
 
 gpom_point_t centre_of(const Window &w, uint32_t slot)
@@ -46,7 +46,7 @@ gpom_point_t centre_of(const Window &w, uint32_t slot)
 
 void take(Work &work, uint32_t i_layer, uint32_t slot)
 {
-    Group &group = work.group;
+    CellBatch &batch = work.batch;
     Layer &layer = work.lowres.layers[i_layer];
     Cell &cell = layer.cells[slot];
     const uint32_t value = load(cell.value);
@@ -54,10 +54,10 @@ void take(Work &work, uint32_t i_layer, uint32_t slot)
         store(cell.value, value & ~kDirty);
         store(layer.n_dirty, load(layer.n_dirty) - 1);
     }
-    work.points.points[group.n] = centre_of(layer.window, slot);
-    group.slots[group.n] = slot;
-    group.is_focus |= i_layer << group.n;
-    ++group.n;
+    work.points.points[batch.n] = centre_of(layer.window, slot);
+    batch.slots[batch.n] = slot;
+    batch.is_focus |= i_layer << batch.n;
+    ++batch.n;
 }
 
 /// Offset from the robot's cell to a place on the spiral. A ring has four sides of 2 ring cells.
@@ -89,7 +89,7 @@ void take_near(Work &work)
         int32_t dx, dy;
         spiral_offset(lowres.near, dx, dy);
         advance(lowres.near);
-        ++work.group.n_looks;
+        ++work.batch.n_looks;
         const int32_t ix = lowres.robot_ix + dx;
         const int32_t iy = lowres.robot_iy + dy;
         if (!contains(layer.window, ix, iy)) {
@@ -130,7 +130,7 @@ void take_dirty(Work &work, uint32_t i_layer)
         uint32_t slot;
         const bool is_cell =
             slot_of_place(layer.window, next_place(layer.window, layer.cursor), slot);
-        ++work.group.n_looks;
+        ++work.batch.n_looks;
         if (is_cell && (load(layer.cells[slot].value) & kDirty) != 0) {
             take(work, i_layer, slot);
         }
@@ -144,7 +144,7 @@ void take_any(Work &work, uint32_t i_layer)
         uint32_t slot;
         const bool is_cell =
             slot_of_place(layer.window, next_place(layer.window, layer.refresh), slot);
-        ++work.group.n_looks;
+        ++work.batch.n_looks;
         --layer.n_stale;
         if (is_cell && (load(layer.cells[slot].value) & kOutside) == 0) {
             take(work, i_layer, slot);
@@ -168,18 +168,18 @@ void take_from(Work &work, Source source)
     }
 }
 
-/// The source of dirty cells that a group begins with.
-Source first_source(uint32_t turn)
+/// The source of dirty cells that a batch begins with.
+Source first_source(uint32_t batch_number)
 {
-    if (turn % 2 == 0) {
+    if (batch_number % 2 == 0) {
         return Source::near;
     }
-    return turn == kTurns - 1 ? Source::focus : Source::coarse;
+    return batch_number == kBatchCycle - 1 ? Source::focus : Source::coarse;
 }
 
-void take_group(Work &work)
+void take_batch(Work &work)
 {
-    take_from(work, first_source(work.lowres.turn));
+    take_from(work, first_source(work.lowres.batch_number));
     for (const Source source : kPrecedence) {
         take_from(work, source);
     }
@@ -187,14 +187,14 @@ void take_group(Work &work)
 
 void evaluate(gpom_map &map, const Work &work, const gpom_scratch_t &scratch)
 {
-    const Group &group = work.group;
+    const CellBatch &batch = work.batch;
     const gpom_status_t status =
-        gpom_query_points(&map, work.points.points, group.n, work.points.answers, &scratch);
+        gpom_query_points(&map, work.points.points, batch.n, work.points.answers, &scratch);
     GPOM_ASSERT(status != GPOM_ERR_ARG && status != GPOM_ERR_MEM);
     (void)status; // the flags of the answers show all other errors
     const uint32_t stamp_ms = load(map.lowres.newest_ms);
-    for (uint32_t i = 0; i < group.n; ++i) {
-        Cell &cell = map.lowres.layers[group.is_focus >> i & 1].cells[group.slots[i]];
+    for (uint32_t i = 0; i < batch.n; ++i) {
+        Cell &cell = map.lowres.layers[batch.is_focus >> i & 1].cells[batch.slots[i]];
         const gpom_answer_t &answer = work.points.answers[i];
         map.stats.cells_cut += (answer.flags & GPOM_ANSWER_CUT) != 0 ? 1 : 0;
         store(cell.value, lowres_value(map.lowres, answer));
@@ -208,19 +208,19 @@ uint64_t lowres_step(gpom_map &map, const gpom_scratch_t &scratch, uint64_t budg
 {
     const gpom_params_t &params = map.config.params;
     const uint64_t cell_ops = GPOM_LOWRES_CELL_OPS(params.n_hits + params.n_free);
-    const uint64_t group_ops = GPOM_LOWRES_GROUP_OPS(params.n_hits + params.n_free);
-    PointGroup &points = *carve_group(scratch.mem);
+    const uint64_t batch_ops = GPOM_LOWRES_GROUP_OPS(params.n_hits + params.n_free);
+    PointBatch &points = *carve_batch(scratch.mem);
     uint64_t used = 0;
-    while (budget - used >= group_ops) {
+    while (budget - used >= batch_ops) {
         Work work = {map.lowres, points, {}};
-        work.group.n_looks_max = budget - used - kGroupSize * cell_ops;
-        take_group(work);
-        used += work.group.n_looks + work.group.n * cell_ops;
-        if (work.group.n == 0) {
+        work.batch.n_looks_max = budget - used - kBatchSize * cell_ops;
+        take_batch(work);
+        used += work.batch.n_looks + work.batch.n * cell_ops;
+        if (work.batch.n == 0) {
             break;
         }
         evaluate(map, work, scratch);
-        map.lowres.turn = static_cast<uint8_t>((map.lowres.turn + 1) % kTurns);
+        map.lowres.batch_number = static_cast<uint8_t>((map.lowres.batch_number + 1) % kBatchCycle);
     }
     return used;
 }

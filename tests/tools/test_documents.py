@@ -47,3 +47,19 @@ def test_every_counter_of_the_library_has_a_row_in_the_documents(name):
     table = text.partition("## Of the library")[2].partition("\n## ")[0]
     rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| ")]
     assert any(f"`{name}`" in row for row in rows)
+
+
+def test_defaults_in_params_h_are_those_of_gpom_params_init():
+    header = (ROOT / "include/gpom/params.h").read_text()
+    source = (ROOT / "src/gp/params.cpp").read_text()
+    fields = re.findall(r"^    \w+ (\w+);\s*/\*\*<(.*?)\*/", header, re.MULTILINE | re.DOTALL)
+    stated = {name: match.group(1) for name, text in fields
+              if (match := re.search(r"Default\s+([A-Z\d_.]+?)\.?\s*$", " ".join(text.split())))}
+    body = source[source.index("void gpom_params_init"):source.index("namespace\n")]
+    made = {name: value.rstrip("f") for name, value in
+            re.findall(r"params->(\w+) = ([A-Z\w.]+);", body) if name != "struct_bytes"}
+
+    def number(value):
+        return value if value.startswith("GPOM") else float(value)
+    assert {name: number(value) for name, value in stated.items()} == \
+        {name: number(value) for name, value in made.items()}
