@@ -246,7 +246,7 @@ def test_the_header_gives_firmware_the_same_numbers(tool, csail, compiler):
     (["--fix", "gap_m=0.1,depth_m=9"], "depth_m: must be"),
     (["--points", "many"], "--points"),
     (["--method", "lml"], "give --fraction"),
-    (["--keep", 0.1, "--fraction", 0.04], "--keep: of live maps alone"),
+    (["--keep", 0.1, "--fraction", 0.04], "--keep: only for live maps"),
 ])
 def test_bad_arguments_are_one_line_and_nothing_is_written(run, street, tmp_path, more, complaint):
     out = tmp_path / "p.toml"

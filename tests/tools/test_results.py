@@ -60,7 +60,7 @@ def test_results_of_nothing_are_refused(run, tool, tmp_path):
     done = results(run, tool, tmp_path, tmp_path / "out.md", "--streets", 0, "--drive", 0,
                    "--odometry", 0)
     assert done.returncode == 2
-    assert done.stderr == "gpom-results: nothing to judge: no logs, no streets and no drives\n"
+    assert done.stderr == "gpom-results: nothing to do: no logs, no streets and no drives\n"
     done = results(run, tool, tmp_path, tmp_path / "out.md", "--seeds", "x")
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "--seeds" in done.stderr
     assert list(tmp_path.iterdir()) == []
