@@ -3,7 +3,7 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit codec c99 headers symbols unit-sanitize codec-sanitize tools linux make unit-campaign
+Suites: unit codec c99 headers symbols tools unit-sanitize codec-sanitize linux make unit-campaign
 tools-campaign linux-campaign tools-sanitize linux-sanitize tsan processors can firmware install
 docs instructions fuzz lint; `base` is the first ten, `extra` the rest.
 Called by make, which builds what they need first. A failure is printed with its output, a skip with
@@ -25,6 +25,7 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ElementTree
+from concurrent.futures import ThreadPoolExecutor
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 RESULTS = "build/test-results"
@@ -33,11 +34,12 @@ TIMEOUT_S = 3600  # a whole suite on a slow machine; its tests have shorter ones
 # What a change breaks first runs first. What takes long is a campaign, which `extra` runs: pytest's
 # mark, and doctest's suites. "numeric campaign" is one for the sanitizers alone, where arithmetic
 # takes twenty times as long and says nothing that the program without them does not.
-BASE = ["unit", "codec", "c99", "headers", "symbols", "unit-sanitize", "codec-sanitize", "tools",
+BASE = ["unit", "codec", "c99", "headers", "symbols", "tools", "unit-sanitize", "codec-sanitize",
         "linux", "make"]
 EXTRA = ["unit-campaign", "tools-campaign", "linux-campaign", "tools-sanitize", "linux-sanitize",
          "tsan", "processors", "can", "firmware", "install", "docs", "instructions", "fuzz",
          "lint"]
+BASE_JOBS = 2  # suites of `base` side by side: the daemon's tests mostly wait
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
 
@@ -60,12 +62,16 @@ class Results:
 
     def fail(self, name, output):
         self.failed += 1
-        print(f"FAILED  {name}")
-        print(indented(output))
+        print(f"FAILED  {name}\n{indented(output)}")
 
     def skip(self, name, reason):
         self.skipped += 1
         print(f"skipped {name}: {reason}")
+
+    def add(self, other):
+        self.passed += other.passed
+        self.failed += other.failed
+        self.skipped += other.skipped
 
     def line(self):
         return f"{self.passed} passed, {self.failed} failed, {self.skipped} skipped"
@@ -366,6 +372,14 @@ def choose_seed():
     print(f"seed {seed} (replay with SEED={seed})")
 
 
+def run_suite(name):
+    results = Results()
+    begin_s = time.monotonic()
+    SUITES[name](results)
+    print(f"{name:<14} {results.line()}, {time.monotonic() - begin_s:.0f} s", flush=True)
+    return results
+
+
 def main():
     parser = argparse.ArgumentParser(usage=__doc__.split("usage: ")[1].split("\n\n")[0])
     parser.add_argument("--summary", metavar="FILE.json")
@@ -375,14 +389,11 @@ def main():
     choose_seed()
     results = Results()
     for choice in args.suites:
-        for suite in {"base": BASE, "extra": EXTRA}.get(choice, [choice]):
-            before = (results.passed, results.failed, results.skipped)
-            begin_s = time.monotonic()
-            SUITES[suite](results)
-            counts = [now - then for now, then in
-                      zip((results.passed, results.failed, results.skipped), before)]
-            print("{:<14} {} passed, {} failed, {} skipped, {:.0f} s".format(
-                suite, *counts, time.monotonic() - begin_s), flush=True)
+        jobs = BASE_JOBS if choice == "base" else 1
+        with ThreadPoolExecutor(jobs) as pool:
+            suites = {"base": BASE, "extra": EXTRA}.get(choice, [choice])
+            for of_suite in pool.map(run_suite, suites):
+                results.add(of_suite)
     if args.summary:
         with open(args.summary, "w", encoding="utf-8") as file:
             json.dump(vars(results), file)

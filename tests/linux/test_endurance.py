@@ -94,6 +94,7 @@ def stolen_seconds(before, after):
     return max(0.0, *(waited_s - (ran_s.sum() - ran_s)))
 
 
+@pytest.mark.campaign
 def test_no_scan_is_lost_at_200_a_second_on_one_processor(start, tmp_path):
     """360 beams each, and memory stays flat. As shipped, but with a queue of 2.5 s: what else runs
     on this machine may hold the daemon up for longer than the 0.3 s of the default. Where it takes
@@ -196,6 +197,7 @@ def in_memory(tmp_path):
         yield folder
 
 
+@pytest.mark.campaign
 def test_a_daemon_killed_at_any_moment_comes_back_with_the_last_snapshot(start, tmp_path,
                                                                          in_memory):
     """Nothing that was reported as written is missing, what is there is whole, and a kill costs no

@@ -6,6 +6,7 @@ import struct
 import subprocess
 import threading
 
+import pytest
 from conftest import (PATIENCE_S, URL, encoded, fresh_status, scan, wait_for_status,
                       wait_until)
 from gpom_watch import Watch
@@ -38,6 +39,7 @@ def wait_for_line(daemon, text):
     patience.cancel()
 
 
+@pytest.mark.campaign
 def test_scans_come_again_after_the_interface_was_removed_and_came_back(start, peer):
     """And each time that it went and came is told once."""
     subprocess.run(["ip", "route", "del", "224.0.0.0/4", "dev", "lo"], check=True)

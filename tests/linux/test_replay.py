@@ -138,6 +138,7 @@ def five_minutes(tmp_path):
     return script + "\nwait"
 
 
+@pytest.mark.campaign
 def test_the_five_minutes_of_the_readme_work(tmp_path):
     output, watch = tmp_path / "output.txt", Watch(URL)
 

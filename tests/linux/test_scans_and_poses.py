@@ -99,6 +99,7 @@ LATENCY = {
                  r"robot turns in both: set sensor\[0\].latency_s = 0.2\d \(it is 0.00\)")}
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize("family", LATENCY)
 def test_a_constant_latency_is_told_within_a_minute_to_30_ms(family, start, peer):
     parts, line = LATENCY[family]
@@ -111,6 +112,7 @@ def test_a_constant_latency_is_told_within_a_minute_to_30_ms(family, start, peer
     assert len(told) == 1 and abs(float(told[0][1]) - 0.25) < 0.03, daemon.lines
 
 
+@pytest.mark.campaign
 @pytest.mark.parametrize("family", LATENCY)
 def test_no_latency_is_told_where_there_is_none(family, start, peer):
     daemon, watch = start(**LATENCY[family][0]), Watch(URL)

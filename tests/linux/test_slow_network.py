@@ -26,6 +26,7 @@ def set_up_slow_pair():
         pytest.skip(f"no slow interface can be made here: {done.stderr}")
 
 
+@pytest.mark.campaign
 def test_a_slow_network_holds_up_neither_scans_nor_answers_nor_watchdog_nor_stop(
         start, peer, tmp_path):
     """liblcm would wait in each of them until the network took the message: minutes here. What did
@@ -56,6 +57,7 @@ def test_a_slow_network_holds_up_neither_scans_nor_answers_nor_watchdog_nor_stop
     assert re.search(r"[1-9]\d* messages not sent", "".join(daemon.lines)), daemon.lines
 
 
+@pytest.mark.campaign
 def test_answers_beyond_what_the_network_takes_are_dropped_and_counted(start, peer):
     """The socket of answers holds a few hundred; the status, which has another one, goes out."""
     set_up_slow_pair()

@@ -13,6 +13,7 @@ from gpom_watch import Watch
 TILE_HEAD = struct.Struct(">QqIhhbi3d")  # of gpom.map_t, up to its pose
 
 
+@pytest.mark.campaign
 def test_a_rare_status_tells_how_old_the_map_is_when_it_is_sent(start, peer):
     """The only scan comes right after a status: at the next one, seconds later, the map is stale,
     whether or not somebody looked in between."""
@@ -63,6 +64,7 @@ def jumping(bus, peer, seconds):
             yield
 
 
+@pytest.mark.campaign
 def test_no_place_of_one_frame_is_told_in_another(start, peer):
     """Tiles are copied while the frame jumps to and fro: in even epochs the robot is at the one
     place, in odd ones at the other. A large raster is long in copying, so that jumps come
@@ -86,6 +88,7 @@ def test_no_place_of_one_frame_is_told_in_another(start, peer):
     assert [place for place in places if place[1] != (20.0, 60.0)[place[0] % 2]] == []
 
 
+@pytest.mark.campaign
 def test_the_frame_epoch_of_the_status_never_falls(start, peer):
     """Not even while the raster changes under the hand that reads it."""
     start(text=config_text(raster="cell_m = 0.05\nnx = 3000\nny = 3000\ncorner = [0.0, 0.0]",

@@ -12,6 +12,10 @@ import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
+# These tests may be called from make, whose own variables would change what it does.
+ENVIRONMENT = {name: value for name, value in os.environ.items()
+               if not name.startswith(("MAKE", "MFLAGS"))}
+
 # The group that brings a command. Only these and what is in SYSTEM can be called.
 COMMANDS = {"base": ("gcc", "g++", "cc", "c++", "ar", "python3"),
             "firmware": ("arm-none-eabi-gcc", "arm-none-eabi-g++", "arm-none-eabi-ar", "valgrind"),

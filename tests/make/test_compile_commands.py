@@ -5,6 +5,7 @@ import shutil
 import subprocess
 
 import pytest
+from fresh_machine import ENVIRONMENT
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDERS = ("src", "ports", "tools", "bench")
@@ -14,7 +15,7 @@ SAMPLES = ("src/map/", "src/gp/", "ports/codec/", "ports/host/", "bench/")
 @pytest.fixture(scope="module", name="entries")
 def fixture_entries():
     subprocess.run(["make", "--no-print-directory", "compile_commands.json"], cwd=ROOT, check=True,
-                   capture_output=True)
+                   env=ENVIRONMENT, capture_output=True)
     with open(ROOT / "build/compile_commands.json", encoding="utf-8") as file:
         return {entry["file"]: entry for entry in json.load(file)}
 

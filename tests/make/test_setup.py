@@ -28,7 +28,7 @@ NOT_RUN = ("help", "clean", "distclean", "compile_commands.json")
 @functools.cache
 def public_targets():
     text = subprocess.run(["make", "--no-print-directory", "help"], cwd=ROOT, check=True,
-                          capture_output=True, text=True).stdout
+                          env=fresh_machine.ENVIRONMENT, capture_output=True, text=True).stdout
     return re.findall(r"^  (\S+) ", text, re.MULTILINE)
 
 
