@@ -1,47 +1,46 @@
 /** \file live.h
- *  Keeping a map alive on a vehicle: work in slices, forgetting, jumps of the map frame.
+ *  A map that lives on a vehicle for long: work in slices, forgetting, jumps of the map frame.
  *
  *  What happens to the beams of a scan while keep_m > 0:
  *  - A return within keep_m of a kept hit is not kept; it counts for that hit, up to 15 times. A
  *    hit without counts has the noise sn2_once (params.h), one with counts sn2.
- *  - A beam that passes within 0.15 keep_m of a kept hit speaks against it, and so do two
- *    neighbours in a scan, keep_m apart or less at the hit, that pass on either side of it. The
- *    first of different times in a row takes one count from the hit, then two, four, eight; when
- *    none is left and clear_scans were in a row, the hit is past, and the beams that did it are
- *    kept.
- *  - Beams that pass within 0.15 keep_m of hits that stand are refused: not kept, and counted as
- *    beams_contradicting. A hit nearer than 2 keep_m to the sensor that saw it refuses nothing, nor
- *    does one from the third scan in a row on that sees through it. At one time in eight no hit
- *    refuses a beam, so that what is behind one that is confirmed in between is kept after 13 times
- *    at most (scans of one sensor; of up to three in turn, too).
- *  - A past hit tells queries that something may stand there: as one whose place is so uncertain
- *    that half its say is left (rho^2 = 1/2 in scan.h), noise 2 sn2 + k**. Nothing else minds it:
- *    returns from there are new, beams past it are kept. If another that was past before is within
- *    keep_m of it, it goes: what comes and goes often is told of once.
- *  - A return that free segments of earlier scans pass within 0.6 keep_m, with no hit within
- *    2 keep_m that was known before its scan, is marked as arrived, and so are those beside it
- *    later. When scans of three more times returned from it and no beam passed it, the free
- *    segments go that pass it within 0.6 keep_m or cross its depth_m: what stands there now hides
- *    what was seen before.
- *  - One that free segments pass within 0.15 keep_m, with no hit within 2 keep_m at all, is
- *    provisional: queries do not see it until a scan of another time returns from within keep_m of
- *    it. Then the free segments go at once. It is gone itself once a beam passes within 0.15 keep_m
- *    of it, or when beam_max / 16 + 8 younger ones wait.
- *  - So is one that its own scan looks past: the beams before and after it in the scan's order are
- *    keep_m beside it, or nearer, and reach 2 keep_m beyond it. It is thin, or it is wrong.
- *  - A return from a kept hit without free segment is kept in its place.
- *  - Beams whose end is not known to 2 keep_m (standard deviation) speak against nothing and are
- *    not made to wait. With clear_scans 0 no hit is past, arrived or provisional.
- *  - A beam without return is kept if its end is 4 keep_m or more from any free segment.
- *  - When the map is full, of the next two beams in turn the less useful makes room; if the new
- *    beam is no more useful, it is dropped. A beam is worth its squared gap, from its hit to the
- *    nearest other one, up to 16 keep_m; a free segment without hit, or with a past one, like one
- *    with a gap of 2 keep_m; provisional, or a past hit alone, nothing. That is divided by
- *    1 + (distance from the robot / far_m)^2 + age / old_s + scans in a row that saw through its
- *    hit. What lowers it by the greatest factor is the cause that the eviction is counted under: a
- *    gap of less than 2 keep_m (beams_evicted_redundant, also if nothing does), or a term of the
- *    divisor (_far, _old, _contradicted); a past hit alone is contradicted, and a provisional one
- *    counts as beams_not_confirmed.
+ *  - A scan sees through a kept hit if one of its beams passes the hit within 0.15 keep_m, or if two
+ *    neighbours in the scan, keep_m apart or less at the hit, pass it on either side. Each such scan
+ *    of a different time takes counts from the hit: the first in a row takes 1, the next ones 2, 4
+ *    and 8. The hit becomes past when it has no count left and at least clear_scans scans in a row
+ *    saw through it. The beams of the last of these scans are kept.
+ *  - A beam that passes within 0.15 keep_m of a hit that stands is refused: it is not kept, and
+ *    counts as beams_contradicting. Some hits refuse nothing: a hit nearer than 2 keep_m to the
+ *    sensor that saw it, and a hit that three or more scans in a row saw through. At one time in
+ *    eight no hit refuses a beam. So a beam that ends behind a hit is kept after at most 13 times,
+ *    even if the hit is confirmed in between (scans of one sensor, or of up to three in turn).
+ *  - A past hit tells queries that something may stand there. Its noise is 2 sn2 + k**, as if its
+ *    place were uncertain with rho^2 = 1/2 (scan.h). Only queries use a past hit: returns near it
+ *    are new, and beams that pass it are kept. If an older past hit is within keep_m, a hit is
+ *    dropped instead of becoming past.
+ *  - A return is marked as arrived if free segments of earlier scans pass it within 0.6 keep_m and
+ *    no hit within 2 keep_m was known before its scan. Later returns beside it are marked, too.
+ *    After scans of three more times returned from it and no beam passed it, the free segments that
+ *    pass it within 0.6 keep_m, or cross its depth_m, are dropped: something stands there now.
+ *  - A return is provisional if free segments pass it within 0.15 keep_m and no hit at all is within
+ *    2 keep_m. A return is also provisional if its own scan looks past it: the beams before and
+ *    after it in the scan pass it keep_m away or nearer, and reach 2 keep_m beyond it. Then it is
+ *    thin, or wrong. Queries do not see a provisional hit until a scan of another time returns from
+ *    within keep_m of it; then the free segments there are dropped at once. A provisional beam is
+ *    dropped if a beam passes it within 0.15 keep_m, or if beam_max / 16 + 8 younger ones wait.
+ *  - A return from a kept hit whose beam has no free segment replaces that beam.
+ *  - A beam whose end is known worse than 2 keep_m (standard deviation) sees through nothing, and
+ *    never becomes provisional. With clear_scans 0 no hit is past, arrived or provisional.
+ *  - A beam without return is kept if its end is 4 keep_m or more from every free segment.
+ *  - In a full map the less useful of the next two beams in turn is evicted, if the new beam is more
+ *    useful; else the new beam is dropped. The worth of a beam is the squared distance from its hit
+ *    to the nearest other hit, at most that of 16 keep_m. A free segment without a hit, or with a
+ *    past hit, is worth as much as a hit whose nearest one is 2 keep_m away. A provisional beam and
+ *    a past hit alone are worth nothing. The usefulness is the worth divided by
+ *    1 + (distance from the robot / far_m)^2 + age / old_s + scans in a row that saw through the
+ *    hit. The eviction is counted under its greatest cause: a distance below 2 keep_m, or no cause
+ *    at all (beams_evicted_redundant), or a term of the divisor (_far, _old, _contradicted). A past
+ *    hit alone counts as contradicted, a provisional beam as beams_not_confirmed.
  *
  *  \verbatim
  *  a return on known free space,        any other return
@@ -93,8 +92,9 @@ extern "C" {
  *  budget while there are dirty cells.
  *
  *  budget   operations, each a handful of instructions: GPOM_INDEX_ITEM_OPS an item of an index,
- *           GPOM_LOWRES_CELL_OPS() a cell. That counts 1024 for a cell's search whatever it takes,
- *           which for a watchdog is bounded as a query's: budget / GPOM_LOWRES_CELL_OPS() of them.
+ *           GPOM_LOWRES_CELL_OPS() a cell. A cell's search counts as 1024 operations, whatever it
+ *           really costs. For a watchdog: a step does at most budget / GPOM_LOWRES_CELL_OPS()
+ *           searches, each bounded as that of a query.
  *  scratch  as for a query; NULL: no cells are evaluated.
  *  used     operations done, never more than budget; 0: nothing was left to do, or budget was too
  *           small to do it. NULL allowed.
@@ -110,9 +110,9 @@ typedef struct {
     double radius_m; /**< > 0, at most 2 GPOM_REACH_M. */
 } gpom_disc_t;
 
-/** Forget what is known inside a disc: hits in it, and the stretch in it of every free segment. Of
- *  a beam that ends in it, its free segment remains up to it; of one that crosses it and has a hit
- *  the part behind remains, without a hit the part before. Nothing becomes free that was not.
+/** Forget what is known inside a disc: hits in it, and the part of every free segment in it. A
+ *  beam that ends in the disc keeps the part before the disc. A beam that crosses the disc keeps the
+ *  part behind it if it has a hit, else the part before it. Nothing becomes free that was not.
  *
  *  Errors  GPOM_ERR_ARG (null, not finite, radius out of range).
  *  Cost: O(beams kept + beams in the disc * low-resolution cells). */

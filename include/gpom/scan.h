@@ -35,10 +35,11 @@ typedef struct {
     const gpom_mask_t *masks;  /**< n_masks finite masks, or NULL; read during insertion only. */
     uint16_t n_masks;          /**< Default 0. */
     uint8_t upside_down;       /**< 1: mounted upside down, bearings run clockwise. Default 0. */
-    uint8_t zero_is_no_return; /**< 1: a reading of 0 is "no return", as many drivers send it. Where
-                                    a covered sensor reads 0, too, what covers it is free, then.
-                                    Default 0: such a reading is ignored. */
-    uint8_t too_near_is_no_return; /**< 1: so is one over 0 and below range_min_m. Default 0. */
+    uint8_t zero_is_no_return; /**< 1: a reading of 0 is "no return", as many drivers send it.
+                                    Warning: some sensors also read 0 when they are covered. The map
+                                    then shows free space there. 0, the default: ignored. */
+    uint8_t too_near_is_no_return; /**< 1: a reading above 0 and below range_min_m is "no return".
+                                         Default 0. */
 } gpom_sensor_t;
 
 /** A robot pose in the map frame. */
@@ -75,9 +76,10 @@ typedef struct {
  *  Cost: O(1). */
 GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
 
-/** Insert a scan; a query right after sees it. Readings that cannot be used are counted by cause in
- *  gpom_stats_t and ignored. A full map never refuses: less useful beams make room, or the new ones
- *  that are worth no more stay out; both are counted (gpom_stats_evicted(), beams_redundant).
+/** Insert a scan. A query right after sees every beam that was kept and is not provisional (live.h).
+ *  Readings that cannot be used are counted by cause in
+ *  gpom_stats_t and ignored. A full map takes every scan: less useful beams are evicted
+ *  (gpom_stats_evicted()), or a new beam that is not more useful is not kept (beams_redundant).
  *
  *  Position uncertainty at the hit raises the noise of the beam's points: with standard deviation d
  *  and rho the prior correlation over the distance d, y = f(x) + e seen at an unsure place has
@@ -87,10 +89,10 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *  Errors  GPOM_ERR_ARG    null, or a field of sensor or scan out of range; map unchanged.
  *          GPOM_ERR_ARG    pose not finite or beyond GPOM_PLACE_MAX_M, or covariance not valid;
  *                          counted, map unchanged.
- *          GPOM_ERR_REACH  sensor beyond GPOM_REACH_M of the origin; counted, map unchanged. So,
- *                          too, if the origin follows the robot (rebase_m) and any beam is kept:
- *                          each scan has to be near the last, gpom_map_jump() is for real jumps.
- *                          The 10th in a row near each other is taken (map.h, rebase_m).
+ *          GPOM_ERR_REACH  sensor beyond GPOM_REACH_M of the origin; counted, map unchanged.
+ *                          If the origin follows the robot (rebase_m) and beams are kept, a pose out
+ *                          of reach of the old origin is refused until the 10th in a row, each near
+ *                          the one before. gpom_map_jump() is for real jumps of the map frame.
  *  Cost: O(n_ranges (1 + n_masks)), and walks of the trees: docs/costs.md has the bound. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
                                                        const gpom_sensor_t *sensor,

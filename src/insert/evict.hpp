@@ -32,7 +32,7 @@ inline float alone2_of(const gpom_map &map)
 constexpr float kGapUnknown2_m2 = FLT_MAX;
 
 /// Make room for a new beam if the store is full: drop the least useful of a few kept beams and
-/// count its cause. False if the new beam is worth less than each of them.
+/// count its cause. False if the new beam is not worth more than the least of them.
 /// gap2_m2: squared distance from the new beam's hit to the nearest kept hit, exact if less than
 /// alone2_of(); kGapUnknown2_m2 if nobody looked.
 bool make_room(gpom_map &map, const Beam &beam, float gap2_m2);

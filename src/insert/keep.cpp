@@ -43,9 +43,8 @@ void mark_arrival(gpom_map &map, Beam &beam, const NearHits &near)
     }
 }
 
-/// How much a beam says that is new: the squared gap between its hit and the nearest kept hit, at
-/// most alone2_of(). A beam without a return counts as alone. 0: it says nothing new. A new return
-/// may become provisional.
+/// Squared distance from a beam's hit to the nearest kept hit, at most alone2_of(); 0 if the beam is
+/// not worth keeping. A beam without a return counts as alone. A new return may become provisional.
 float news_of(gpom_map &map, Beam &beam, bool is_sure)
 {
     const float keep_m = map.config.keep_m;
@@ -81,8 +80,8 @@ void keep(gpom_map &map, const Beam &beam, float gap2_m2)
     store_beam(map, beam);
 }
 
-/// Keep a beam in place of the one whose hit it confirms, if that beam has no free segment: the
-/// segment gave way to something that is gone now, and is seen anew. True if it did.
+/// Replace the beam whose hit a new beam confirms, if that beam has no free segment: it lost the
+/// segment to something that is gone now. True if it did.
 bool renew(gpom_map &map, Beam &beam, uint32_t slot)
 {
     if (slot == kNoSlot || map.index.next_id == kIdEnd) {

@@ -14,7 +14,7 @@ namespace gpom
 enum class Verdict : uint8_t {
     kNew,        ///< It ends at no kept hit.
     kKnown,      ///< It ends at a kept hit.
-    kRefused,    ///< It runs past a hit that stands: its return is not believed.
+    kRefused,    ///< It runs past a hit that stands: the beam is dropped.
     kClears,     ///< It ran past a hit that is gone now; it ends at no kept hit.
     kClearsKnown ///< It ran past a hit that is gone now; it ends at a kept hit.
 };
@@ -22,7 +22,7 @@ enum class Verdict : uint8_t {
 /// The verdicts on the beams of one group, a bit for each beam.
 struct Judgement {
     uint32_t known;          ///< It ends at a kept hit.
-    uint32_t against;        ///< It runs past a kept hit that stands all the same.
+    uint32_t against;        ///< It runs past a kept hit that was not cleared.
     uint32_t clears;         ///< It is the last of those that cleared a hit.
     uint32_t renews[kGroup]; ///< Slot of the oldest hit that beam i ends at, or kNoSlot.
 

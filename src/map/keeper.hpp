@@ -43,8 +43,8 @@ struct Keeper {
     uint16_t time_mark;     ///< The mark of the newest stamp (Beam::hit_time).
     Waiting *provisional;   ///< The youngest provisional beams, a ring.
     uint32_t provisional_max;
-    uint32_t n_provisional; ///< Beams that ever entered the ring.
-    uint32_t hand;          ///< The search for the least useful beam goes on at this slot.
+    uint32_t n_provisional; ///< Beams that entered the ring since the map was empty.
+    uint32_t hand;          ///< The next slot that eviction looks at. It goes round the store.
     Point robot;            ///< At the newest scan.
     int64_t stamp_us;       ///< Of the newest scan.
     uint32_t stamp_ms;      ///< The same time, counted from stamp0_us.

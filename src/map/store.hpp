@@ -1,5 +1,5 @@
 /// \file store.hpp
-/// Changes of the beams that are kept. Whatever changes a kept beam goes through here: the beam is
+/// Changes of kept beams that queries see: insert, drop, retire, shorten, confirm. The beam is
 /// changed in the index, and the low-resolution cells in its reach become dirty.
 #pragma once
 
