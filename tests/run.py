@@ -32,8 +32,8 @@ RESULTS = "build/test-results"
 SKIP_EXIT_CODE = 77
 TIMEOUT_S = 3600  # a whole suite on a slow machine; its tests have shorter ones
 # What a change breaks first runs first. What takes long is a campaign, which `extra` runs: pytest's
-# mark, and doctest's suites. "numeric campaign" is one for the sanitizers alone, where arithmetic
-# takes twenty times as long and says nothing that the program without them does not.
+# mark, and doctest's suites. "sanitized campaign" is one for the sanitizers alone, with which
+# arithmetic takes up to twenty times as long; without them the same tests belong to `base`.
 BASE = ["unit", "codec", "c99", "headers", "symbols", "tools", "unit-sanitize", "codec-sanitize",
         "linux", "make"]
 EXTRA = ["unit-campaign", "tools-campaign", "linux-campaign", "tools-sanitize", "linux-sanitize",

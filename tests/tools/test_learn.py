@@ -65,6 +65,7 @@ def csail(run, log, tmp_path_factory):
 
 # ---- what is learnt -----------------------------------------------------------------------------
 
+@pytest.mark.campaign
 def test_learnt_figures_are_those_of_the_map_on_other_beams(run, log, csail):
     folder, _, stdout = csail
     done = run("gpom-eval", "log", "--scans", log("csail.log.gz"), "--params", folder / "p.toml",
@@ -176,6 +177,7 @@ def test_the_more_free_places_count_the_more_of_the_map_is_free(run, log, tmp_pa
 
 # ---- files --------------------------------------------------------------------------------------
 
+@pytest.mark.campaign
 def test_learning_twice_writes_the_same_bytes(run, csail):
     folder, arguments, _ = csail
     first = (folder / "p.toml").read_bytes()

@@ -406,7 +406,8 @@ TEST_CASE("the k nearest hits equal brute force")
 }
 
 // The same of the nearest points on free segments (eq. 10).
-TEST_CASE("the k nearest free segments equal brute force")
+TEST_CASE("the k nearest free segments equal brute force" *
+          doctest::test_suite("sanitized campaign"))
 {
     for_all_worlds([](const World &world, std::uint32_t n) { check_world(world, n, kFree); });
 }

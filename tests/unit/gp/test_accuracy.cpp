@@ -124,7 +124,7 @@ std::vector<gpom_params_t> with_lengths(gpom_params_t p)
 // probability is within 0.01 of a solve in double, no pivot fails, and no variance is above the
 // prior's.
 TEST_CASE("parameters that are accepted answer within 0.01 of double" *
-          doctest::test_suite("numeric campaign"))
+          doctest::test_suite("sanitized campaign"))
 {
     GPOM_TELL_SEED();
     for (const gpom_kernel_t which : kKernels) {

@@ -126,7 +126,8 @@ TEST_CASE("sparse and dense answers agree beyond 64 points")
 }
 
 // From scan to moments: neighbourhoods of 128, 256 and 512 points equal brute force in double.
-TEST_CASE("large neighbourhoods equal brute force in double")
+TEST_CASE("large neighbourhoods equal brute force in double" *
+          doctest::test_suite("sanitized campaign"))
 {
     GPOM_TELL_SEED();
     for (const unsigned n : {128u, 256u, 512u}) {

@@ -220,7 +220,7 @@ std::size_t n_wrong_cells(Life &life, std::uint32_t i_layer)
 // keeps the same beams in the same slots as one that never is, gives the same answers to the last
 // bit, and once nothing is left to do every cell of its rasters is the query's answer.
 TEST_CASE("when a map is worked on changes nothing, whatever happens to it" *
-          doctest::test_suite("numeric campaign"))
+          doctest::test_suite("sanitized campaign"))
 {
     GPOM_TELL_SEED();
     for (std::uint64_t i_life = 0; i_life < 120; ++i_life) {

@@ -111,7 +111,7 @@ double greatest_jump(const gpom_params_t &p)
 
 // The neighbour that may be exchanged has no say, in the process and in everything inside eq. 7;
 // that without fading there are jumps shows that the lines find them.
-TEST_CASE("no answer jumps where neighbours fade" * doctest::test_suite("numeric campaign"))
+TEST_CASE("no answer jumps where neighbours fade" * doctest::test_suite("sanitized campaign"))
 {
     for (const gpom_kernel_t kernel : {GPOM_KERNEL_NN, GPOM_KERNEL_MATERN12, GPOM_KERNEL_ASKEY}) {
         CAPTURE(kernel);
