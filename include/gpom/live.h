@@ -4,11 +4,11 @@
  *  What happens to the beams of a scan while keep_m > 0:
  *  - A return within keep_m of a kept hit is not kept; it counts for that hit, up to 15 times. A
  *    hit without counts has the noise sn2_once (params.h), one with counts sn2.
- *  - A scan sees through a kept hit if one of its beams passes the hit within 0.15 keep_m, or if two
- *    neighbours in the scan, keep_m apart or less at the hit, pass it on either side. Each such scan
- *    of a different time takes counts from the hit: the first in a row takes 1, the next ones 2, 4
- *    and 8. The hit becomes past when it has no count left and at least clear_scans scans in a row
- *    saw through it. The beams of the last of these scans are kept.
+ *  - A scan sees through a kept hit if one of its beams passes the hit within 0.15 keep_m, or if
+ *    two neighbours in the scan, keep_m apart or less at the hit, pass it on either side. Each such
+ *    scan of a different time takes counts from the hit: the first in a row takes 1, the next ones
+ *    2, 4 and 8. The hit becomes past when it has no count left and at least clear_scans scans in a
+ *    row saw through it. The beams of the last of these scans are kept.
  *  - A beam that passes within 0.15 keep_m of a hit that stands is refused: it is not kept, and
  *    counts as beams_contradicting. Some hits refuse nothing: a hit nearer than 2 keep_m to the
  *    sensor that saw it, and a hit that three or more scans in a row saw through. At one time in
@@ -20,26 +20,26 @@
  *    dropped instead of becoming past.
  *  - A return is marked as arrived if free segments of earlier scans pass it within 0.6 keep_m and
  *    no hit within 2 keep_m was known before its scan. Later returns beside it are marked, too.
- *    After scans of three more times returned from it and no beam passed it, the free segments that
- *    pass it within 0.6 keep_m, or cross its depth_m, are dropped: something stands there now.
- *  - A return is provisional if free segments pass it within 0.15 keep_m and no hit at all is within
- *    2 keep_m. A return is also provisional if its own scan looks past it: the beams before and
- *    after it in the scan pass it keep_m away or nearer, and reach 2 keep_m beyond it. Then it is
- *    thin, or wrong. Queries do not see a provisional hit until a scan of another time returns from
- *    within keep_m of it; then the free segments there are dropped at once. A provisional beam is
- *    dropped if a beam passes it within 0.15 keep_m, or if beam_max / 16 + 8 younger ones wait.
+ *    After scans of three more times returned from it and no beam passed it, the free segments
+ *    that pass it within 0.6 keep_m, or cross its depth_m, are dropped: something stands there now.
+ *  - A return is provisional if free segments pass it within 0.15 keep_m and no hit at all is
+ *    within 2 keep_m. A return is also provisional if its own scan looks past it: the beams before
+ *    and after it in the scan pass it keep_m away or nearer, and reach 2 keep_m beyond it. Then it
+ *    is thin, or wrong. Queries do not see a provisional hit until a scan of another time returns
+ *    from within keep_m of it; then the free segments there are dropped at once. A provisional beam
+ *    is dropped if a beam passes it within 0.15 keep_m, or if beam_max / 16 + 8 younger ones wait.
  *  - A return from a kept hit whose beam has no free segment replaces that beam.
  *  - A beam whose end is known worse than 2 keep_m (standard deviation) sees through nothing, and
  *    never becomes provisional. With clear_scans 0 no hit is past, arrived or provisional.
  *  - A beam without return is kept if its end is 4 keep_m or more from every free segment.
- *  - In a full map the less useful of the next two beams in turn is evicted, if the new beam is more
- *    useful; else the new beam is dropped. The worth of a beam is the squared distance from its hit
- *    to the nearest other hit, at most that of 16 keep_m. A free segment without a hit, or with a
- *    past hit, is worth as much as a hit whose nearest one is 2 keep_m away. A provisional beam and
- *    a past hit alone are worth nothing. The usefulness is the worth divided by
- *    1 + (distance from the robot / far_m)^2 + age / old_s + scans in a row that saw through the
- *    hit. The eviction is counted under its greatest cause: a distance below 2 keep_m, or no cause
- *    at all (beams_evicted_redundant), or a term of the divisor (_far, _old, _contradicted). A past
+ *  - In a full map the less useful of the next two beams in turn is evicted, if the new beam is
+ *    more useful; else the new beam is dropped. The worth of a beam is the squared distance from
+ *    its hit to the nearest other hit, at most that of 16 keep_m. A free segment without a hit, or
+ *    with a past hit, is worth as much as a hit whose nearest one is 2 keep_m away. A provisional
+ *    beam and a past hit alone are worth nothing. The usefulness is the worth divided by 1 +
+ *    (distance from the robot / far_m)^2 + age / old_s + scans in a row that saw through the hit.
+ *    The eviction is counted under its greatest cause: a distance below 2 keep_m, or no cause at
+ *    all (beams_evicted_redundant), or a term of the divisor (_far, _old, _contradicted). A past
  *    hit alone counts as contradicted, a provisional beam as beams_not_confirmed.
  *
  *  \verbatim
@@ -111,8 +111,8 @@ typedef struct {
 } gpom_disc_t;
 
 /** Forget what is known inside a disc: hits in it, and the part of every free segment in it. A
- *  beam that ends in the disc keeps the part before the disc. A beam that crosses the disc keeps the
- *  part behind it if it has a hit, else the part before it. Nothing becomes free that was not.
+ *  beam that ends in the disc keeps the part before the disc. A beam that crosses the disc keeps
+ *  the part behind it if it has a hit, else the part before it. Nothing becomes free that was not.
  *
  *  Errors  GPOM_ERR_ARG (null, not finite, radius out of range).
  *  Cost: O(beams kept + beams in the disc * low-resolution cells). */

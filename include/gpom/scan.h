@@ -76,8 +76,8 @@ typedef struct {
  *  Cost: O(1). */
 GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
 
-/** Insert a scan. A query right after sees every beam that was kept and is not provisional (live.h).
- *  Readings that cannot be used are counted by cause in
+/** Insert a scan. A query right after sees every beam that was kept and is not provisional
+ *  (live.h). Readings that cannot be used are counted by cause in
  *  gpom_stats_t and ignored. A full map takes every scan: less useful beams are evicted
  *  (gpom_stats_evicted()), or a new beam that is not more useful is not kept (beams_redundant).
  *
@@ -90,9 +90,9 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *          GPOM_ERR_ARG    pose not finite or beyond GPOM_PLACE_MAX_M, or covariance not valid;
  *                          counted, map unchanged.
  *          GPOM_ERR_REACH  sensor beyond GPOM_REACH_M of the origin; counted, map unchanged.
- *                          If the origin follows the robot (rebase_m) and beams are kept, a pose out
- *                          of reach of the old origin is refused until the 10th in a row, each near
- *                          the one before. gpom_map_jump() is for real jumps of the map frame.
+ *                          If the origin follows the robot (rebase_m) and beams are kept, a pose
+ *                          out of reach of the old origin is refused until the 10th in a row, each
+ *                          near the one before. gpom_map_jump() is for real jumps of the map frame.
  *  Cost: O(n_ranges (1 + n_masks)), and walks of the trees: docs/costs.md has the bound. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
                                                        const gpom_sensor_t *sensor,

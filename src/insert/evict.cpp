@@ -25,9 +25,9 @@ float distance2(const Point &a, const Point &b)
 }
 
 /// The worth of a beam: the squared gap between its hit and the nearest hit of another beam than
-/// `own_id`. The gap counts up to kWorthGap. The search ends at `most2_m2`: a greater worth may come
-/// out smaller, but never below `most2_m2`. A beam whose hit does not stand is worth as much as a
-/// hit that stands alone if it has a free segment, else nothing.
+/// `own_id`. The gap counts up to kWorthGap. The search ends at `most2_m2`: a greater worth may
+/// come out smaller, but never below `most2_m2`. A beam whose hit does not stand is worth as much
+/// as a hit that stands alone if it has a free segment, else nothing.
 float worth_of(gpom_map &map, const Beam &beam, uint32_t own_id, float most2_m2)
 {
     if (!has_hit(beam) || is_past(beam)) {

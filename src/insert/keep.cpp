@@ -43,8 +43,9 @@ void mark_arrival(gpom_map &map, Beam &beam, const NearHits &near)
     }
 }
 
-/// Squared distance from a beam's hit to the nearest kept hit, at most alone2_of(); 0 if the beam is
-/// not worth keeping. A beam without a return counts as alone. A new return may become provisional.
+/// Squared distance from a beam's hit to the nearest kept hit, at most alone2_of(); 0 if the beam
+/// is not worth keeping. A beam without a return counts as alone. A new return may become
+/// provisional.
 float news_of(gpom_map &map, Beam &beam, bool is_sure)
 {
     const float keep_m = map.config.keep_m;

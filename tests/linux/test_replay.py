@@ -96,23 +96,6 @@ def commands_after(words):
     return [line.split(" #")[0].strip() for line in block.splitlines()]
 
 
-def test_what_the_readme_installs_is_where_the_unit_looks(tmp_path):
-    """In a folder that stands for /; the daemon there takes its configuration for good."""
-    commands = commands_after("To put all where it looks for it:")
-    assert "systemctl enable --now gpomd" in commands.pop()
-    script = "\n".join(commands).replace("sudo ", "").replace("build/host-release", str(BUILD))
-    for folder in ("/usr/local", "/etc/gpom"):
-        assert folder in script
-        script = script.replace(folder, f"{tmp_path}{folder}")
-    subprocess.run(["bash", "-ec", script], cwd=ROOT, check=True, timeout=PATIENCE_S)
-    unit = (ROOT / "ports" / "linux" / "gpomd.service").read_text()
-    program, *options = re.search(r"ExecStart=(.*)", unit)[1].split()
-    words = [f"{tmp_path}{program}", options[0], f"{tmp_path}{options[1]}", "--check"]
-    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_S,
-                          check=False)
-    assert done.returncode == 0 and "configuration is good" in done.stdout, done.stderr
-
-
 WAIT_FOR_READY = """
 until grep -q 'ready on' {folder}/gpomd.txt; do
     kill -0 %1

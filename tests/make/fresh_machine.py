@@ -23,7 +23,9 @@ COMMANDS = {"base": ("gcc", "g++", "cc", "c++", "ar", "python3"),
                            "s390x-linux-gnu-gcc", "s390x-linux-gnu-g++", "s390x-linux-gnu-ar"),
             "fuzz": ("clang", "clang++"),
             "lint": ("clang-format", "clang-tidy"),
+            "docs": ("doxygen", "sphinx-build"),
             "lcm": ("lcm-gen", "lcm-logger")}
+NO_COMPILERS = ("python3", "valgrind", "doxygen", "sphinx-build")
 SYSTEM = ("make", "sh", "bash", "env", "awk", "basename", "cat", "chmod", "cmp", "cut", "dirname",
           "echo", "expr", "find", "grep", "head", "install", "ln", "mkdir", "mv", "nproc", "printf",
           "realpath", "rm", "sed", "seq", "sleep", "sort", "tee", "touch", "true", "uname")
@@ -65,7 +67,7 @@ while [ $# -gt 0 ]; do
 done
 [ -n "$object" ] || exit 0
 if [ -z "$source" ]; then
-    printf '#!/bin/sh\\n' >$object
+    printf 'while [ $# -gt 0 ]; do [ $1 != --out ] || : >$2; shift; done\\n' >$object
     chmod +x $object
     exit 0
 fi
@@ -146,7 +148,7 @@ class FreshMachine:
             (tree / "bin" / name).symlink_to(path)
         for group, names in COMMANDS.items():
             for name in names:
-                kind = "other" if name in ("python3", "valgrind") else "compiler"
+                kind = "other" if name in NO_COMPILERS else "compiler"
                 self.write(f"bin/{name}", COMMAND.format(**words, group=group, name=name,
                                                          kind=kind))
         for source, groups in needs_of_sources().items():

@@ -21,7 +21,7 @@ EXTRA_WORDS = {
 # the first calls of all targets tell.
 USERS = {"base": (HOST, IMAGES, CROSS_TESTS), "test": (HOST, IMAGES, CROSS_TESTS),
          "lcm": (HOST, IMAGES), "firmware": (HOST, IMAGES), "processors": (HOST, CROSS_TESTS),
-         "bench": (HOST,), "fuzz": (HOST,), "lint": (HOST,)}
+         "bench": (HOST,), "fuzz": (HOST,), "lint": (HOST,), "docs": (HOST,)}
 NOT_RUN = ("help", "clean", "distclean", "compile_commands.json")
 
 

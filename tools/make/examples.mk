@@ -5,9 +5,9 @@ EXAMPLES := $(addprefix $(BUILD)/examples/,bare_main_loop host_program planner)
 examples: $(EXAMPLES) ## Build the examples that need no LCM: build/host-release/examples
 .PHONY: examples
 
-$(BUILD)/examples/%.o: examples/%.c $(BUILD)/flags | presets
+$(BUILD)/examples/%.o: examples/%.c $(BUILD)/flags | presets $(COMPILER)
 	$(call compile,$(CC) $(EXAMPLE_FLAGS) $(EXAMPLE_DEFINES))
-$(BUILD)/examples/%.o: tests/firmware/board/%.c $(BUILD)/flags
+$(BUILD)/examples/%.o: tests/firmware/board/%.c $(BUILD)/flags | $(COMPILER)
 	$(call compile,$(CC) $(EXAMPLE_FLAGS))
 $(BUILD)/examples/bare_main_loop.o: EXAMPLE_DEFINES = -DLANES=$(if $(filter 1,$(BARE)),1,16)
 $(BUILD)/examples/bare_main_loop: $(addprefix $(BUILD)/examples/,board.o semihosting_host.o)

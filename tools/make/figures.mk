@@ -1,6 +1,6 @@
 # Figures that stand in several documents.
 
-figures: ## Fill the figures that documents mark from RESULTS.md, budgets and what is built
+figures: | build/setup/base ## Fill the figures that documents mark
 	$(Q)python3 tools/report/figures.py
 
 .PHONY: figures
