@@ -27,8 +27,8 @@
  *
  *  Let c be the number of cells of a layer, with both sides rounded up to multiples of 4. With a
  *  budget of GPOM_STEP_OPS_MIN for each step (live.h), a marked coarse cell is evaluated within
- *  8 + c / 6 steps, and a marked focus cell within 8 + c / 2 steps. Up to half of this budget may go to
- *  the building of trees. With a smaller budget, all cells wait while trees are being built. */
+ *  8 + c / 6 steps, and a marked focus cell within 8 + c / 2 steps. Up to half of this budget may
+ *  go to the building of trees. With a smaller budget, all cells wait while trees are built. */
 #ifndef GPOM_LOWRES_H
 #define GPOM_LOWRES_H
 
