@@ -1,15 +1,17 @@
 /** \file crc32.h
- *  The checksum of stored records and of gpom's own messages: CRC-32 as in IEEE 802.3 (reflected
- *  polynomial 0xedb88320, initial and final value all ones), the one of zlib and Ethernet. */
+ *  Checksum of stored records and of gpom's own messages: CRC-32 as in IEEE 802.3, zlib and
+ *  Ethernet. The polynomial is 0xedb88320 (reflected); initial and final value are all ones. */
 #ifndef GPOM_CRC32_H
 #define GPOM_CRC32_H
 
 #include <stddef.h>
 #include <stdint.h>
 
-/** What gpom_crc32() gives for the bytes so far (crc_so_far; 0 for none) and n_bytes that follow.
- *  Four bits at a time: 2 steps a byte, a table of 64 bytes. In the header, so that core and ports
- *  share it without one linking the other.
+/** Continue a CRC-32. Returns what gpom_crc32() gives for all bytes together: those before, and the
+ *  n_bytes bytes given here. crc_so_far is the CRC-32 of the bytes before; 0 if there are none.
+ *
+ *  The table has 64 bytes and handles four bits at a time. The function is in the header, so that
+ *  core and ports share it without linking each other.
  *
  *  Cost: 2 steps of a table for each byte. */
 static inline uint32_t gpom_crc32_continue(uint32_t crc_so_far, const uint8_t *bytes,
@@ -29,7 +31,7 @@ static inline uint32_t gpom_crc32_continue(uint32_t crc_so_far, const uint8_t *b
     return ~crc;
 }
 
-/** CRC-32 of n_bytes bytes; 0 for none.
+/** CRC-32 of n_bytes bytes; 0 if n_bytes is 0.
  *
  *  Cost: as gpom_crc32_continue(). */
 static inline uint32_t gpom_crc32(const uint8_t *bytes, size_t n_bytes)

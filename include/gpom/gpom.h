@@ -1,10 +1,15 @@
 /** \file gpom.h
- *  Everything: include this one.
+ *  The whole library: include this header.
  *
- *  Scans with poses go in (scan.h), answers at any point come out (query.h), and for planners
- *  rasters (lowres.h), paths and places to explore (path.h); the map (map.h) lives in the caller's
- *  memory, is kept alive in slices (live.h), shaped by hyperparameters (params.h), and outlives a
- *  loss of power as a snapshot (snapshot.h). */
+ *  - scan.h: put scans with poses in.
+ *  - query.h: get answers at any point.
+ *  - lowres.h: rasters for planners.
+ *  - path.h: paths, and places to explore, for planners.
+ *  - map.h: the map itself, in memory of the caller.
+ *  - live.h: keep a map up to date in slices of work.
+ *  - params.h: hyperparameters.
+ *  - snapshot.h: store a map, so that it outlives a loss of power.
+ *  - status.h: status codes and versions. */
 #ifndef GPOM_GPOM_H
 #define GPOM_GPOM_H
 

@@ -80,24 +80,25 @@ extern "C" {
 /** Operations that one item of index building counts in a budget. */
 #define GPOM_INDEX_ITEM_OPS 4u
 
-/** The least budget of gpom_map_step() with which trees and raster both go on in every step, for
- *  n = n_hits + n_free. */
+/** Least budget of gpom_map_step() with which both trees and raster make progress in every step,
+ *  for n = n_hits + n_free. */
 #define GPOM_STEP_OPS_MIN(n) ((uint64_t)2 * GPOM_LOWRES_GROUP_OPS(n))
 
 /** Do a slice of the work that scans leave behind: index recent beams, and evaluate dirty cells of
- *  the low-resolution map (lowres.h). Answers of queries are the same before and after; queries are
- *  faster and cells fresher. Call it once a control period, more often when the vehicle is idle.
+ *  the low-resolution map (lowres.h). Answers of queries are the same before and after. Queries
+ *  become faster and cells fresher. Call it once a control period, and more often when the vehicle
+ *  is idle.
  *
- *  Building starts when 32 beams are recent, or an eighth of the map vanished, and has half of the
- *  budget while there are dirty cells.
+ *  The building of the index starts when 32 beams are recent, or when an eighth of the map's beams
+ *  is gone. It gets half of the budget while there are dirty cells.
  *
- *  budget   operations, each a handful of instructions: GPOM_INDEX_ITEM_OPS an item of an index,
- *           GPOM_LOWRES_CELL_OPS() a cell. A cell's search counts as 1024 operations, whatever it
- *           really costs. For a watchdog: a step does at most budget / GPOM_LOWRES_CELL_OPS()
- *           searches, each bounded as that of a query.
+ *  budget   operations; each takes a handful of instructions. An item of an index counts
+ *           GPOM_INDEX_ITEM_OPS, a cell counts GPOM_LOWRES_CELL_OPS(). The search of a cell always
+ *           counts 1024 operations, whatever it really costs. For a watchdog: one call does at most
+ *           budget / GPOM_LOWRES_CELL_OPS() searches, each bounded like the search of a query.
  *  scratch  as for a query; NULL: no cells are evaluated.
- *  used     operations done, never more than budget; 0: nothing was left to do, or budget was too
- *           small to do it. NULL allowed.
+ *  used     output: the operations done, never more than budget. 0: nothing was left to do, or
+ *           budget was too small for it. NULL is allowed.
  *  Errors   GPOM_ERR_ARG, GPOM_ERR_MEM (scratch).
  *  Cost: at most `budget` operations. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_step(gpom_map_t *map, uint64_t budget,
@@ -125,18 +126,19 @@ typedef enum {
     GPOM_JUMP_CLEAR = 2   /**< Forget all: poses before and after have nothing in common. */
 } gpom_jump_t;
 
-/** The localiser's map frame jumped: begin a new frame epoch, which readers of the low-resolution
- *  map see, by a rule.
+/** Tell the map that the localiser's map frame jumped. A new frame epoch begins; readers of the
+ *  low-resolution map see it. `rule` says what becomes of the map.
  *
- *  disc    what to forget with GPOM_JUMP_FORGET; else ignored, NULL allowed.
+ *  disc    what to forget with GPOM_JUMP_FORGET. Other rules ignore it; then NULL is allowed.
  *  Errors  GPOM_ERR_ARG (null, no such rule, disc as in gpom_map_forget()); then nothing changed.
  *  Cost: GPOM_JUMP_KEEP O(1); _FORGET as gpom_map_forget(); _CLEAR as gpom_map_clear(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_jump(gpom_map_t *map, gpom_jump_t rule,
                                                     const gpom_disc_t *disc);
 
-/** The map frame's point that beams are kept relative to; it moves with the robot if rebase_m is
- *  set. Errors: GPOM_ERR_ARG.
+/** Origin of the map: beams are kept relative to this point of the map frame. It moves with the
+ *  robot if rebase_m is set.
  *
+ *  Errors  GPOM_ERR_ARG.
  *  Cost: O(1). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_origin(const gpom_map_t *map, gpom_point_t *origin);
 

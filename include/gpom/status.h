@@ -1,5 +1,5 @@
 /** \file status.h
- *  Status codes, version numbers and the two attributes every other header uses. */
+ *  Status codes, version numbers, and the two attributes that every other header uses. */
 #ifndef GPOM_STATUS_H
 #define GPOM_STATUS_H
 
@@ -10,17 +10,17 @@
 extern "C" {
 #endif
 
-/** Grows when old programs must change. */
+/** Grows when programs that use the library must change. */
 #define GPOM_VERSION_MAJOR 0
-/** Grows when the interface does. */
+/** Grows when the interface changes. */
 #define GPOM_VERSION_MINOR 1
-/** Grows when only the inside changes. */
+/** Grows when only the implementation changes. */
 #define GPOM_VERSION_PATCH 0
 /** Version of this interface as one number, e.g. 102 for 0.1.2. */
 #define GPOM_VERSION (GPOM_VERSION_MAJOR * 10000 + GPOM_VERSION_MINOR * 100 + GPOM_VERSION_PATCH)
 
 #if defined(__GNUC__) || defined(__clang__)
-/** The compiler warns where the status that a call returns is ignored. */
+/** The compiler warns if a program ignores the returned status. */
 #define GPOM_NODISCARD __attribute__((warn_unused_result))
 /** The shared library exports the function. */
 #define GPOM_API __attribute__((visibility("default")))
@@ -29,26 +29,26 @@ extern "C" {
 #define GPOM_API
 #endif
 
-/** Outcome of a call. Zero is success; every failure is negative. */
+/** Result of a call. Zero is success; every error is negative. */
 typedef enum {
     GPOM_OK = 0,          /**< Done. */
-    GPOM_ERR_ARG = -1,    /**< Broken contract: null, uninitialised or out of range. */
-    GPOM_ERR_MEM = -2,    /**< Caller's memory is null, misaligned or too small. */
+    GPOM_ERR_ARG = -1,    /**< An argument is null, uninitialised or out of range. */
+    GPOM_ERR_MEM = -2,    /**< The memory of the caller is null, misaligned or too small. */
     GPOM_ERR_PARAMS = -3, /**< A hyperparameter is refused; gpom_params_check() names it. */
-    GPOM_ERR_REACH = -4,  /**< Farther than GPOM_REACH_M from the map's origin. */
+    GPOM_ERR_REACH = -4,  /**< A place is farther than GPOM_REACH_M from the map's origin. */
     GPOM_ERR_PIVOT = -6,  /**< A covariance matrix was not positive definite; see gpom_answer_t. */
-    GPOM_ERR_FORMAT = -7, /**< A stored record is damaged, or of a version not known. */
-    GPOM_ERR_BUSY = -8,   /**< What was to be read kept changing meanwhile; call again. */
-    GPOM_ERR_IO = -9,     /**< A callback of the caller's could not write. */
+    GPOM_ERR_FORMAT = -7, /**< A stored record is damaged, or its version is not known. */
+    GPOM_ERR_BUSY = -8,   /**< The data changed during each try to read it; call again. */
+    GPOM_ERR_IO = -9,     /**< A callback of the caller could not write. */
     GPOM_ERR_CUT = -10    /**< A search was cut; see gpom_answer_t and config.walk_max. */
 } gpom_status_t;
 
-/** One line of English for a status; never NULL, static storage.
+/** One line of English text for a status. Never NULL; static storage.
  *
  *  Cost: O(1). */
 GPOM_API const char *gpom_status_str(gpom_status_t status);
 
-/** GPOM_VERSION of the library that is linked, to compare with the header's.
+/** GPOM_VERSION of the linked library. Compare it with GPOM_VERSION of the header.
  *
  *  Cost: O(1). */
 GPOM_API uint32_t gpom_version(void);
