@@ -4,16 +4,18 @@
  *  What happens to the beams of a scan while keep_m > 0:
  *  - A return within keep_m of a kept hit is not kept; it counts for that hit, up to 15 times. A
  *    hit without counts has the noise sn2_once (params.h), one with counts sn2.
- *  - A scan sees through a kept hit if one of its beams passes the hit within 0.15 keep_m, or if
- *    two neighbours in the scan, keep_m apart or less at the hit, pass it on either side. Each such
- *    scan of a different time takes counts from the hit: the first in a row takes 1, the next ones
- *    2, 4 and 8. The hit becomes past when it has no count left and at least clear_scans scans in a
- *    row saw through it. The beams of the last of these scans are kept.
+ *  - A scan sees through a kept hit if one of its beams passes the hit within 0.15 keep_m. A scan
+ *    also sees through the hit if two neighbours in the scan pass it, one on either side, and are
+ *    keep_m apart or less at the hit. Each such scan of a different time takes counts from the hit:
+ *    the first in a row takes 1, the next ones 2, 4 and 8. The hit becomes past when it has no
+ *    count left and at least clear_scans scans in a row saw through it. The beams of the last of
+ *    these scans are kept.
  *  - A beam that passes within 0.15 keep_m of a hit that stands is refused: it is not kept, and
  *    counts as beams_contradicting. Some hits refuse nothing: a hit nearer than 2 keep_m to the
  *    sensor that saw it, and a hit that three or more scans in a row saw through. At one time in
- *    eight no hit refuses a beam. So a beam that ends behind a hit is kept after at most 13 times,
- *    even if the hit is confirmed in between (scans of one sensor, or of up to three in turn).
+ *    eight no hit refuses a beam. So a beam that ends behind a hit is kept after at most 13 times.
+ *    This holds even if the hit is confirmed in between, for scans of one sensor or of up to three
+ *    sensors in turn.
  *  - A past hit tells queries that something may stand there. Its noise is 2 sn2 + k**, as if its
  *    place were uncertain with rho^2 = 1/2 (scan.h). Only queries use a past hit: returns near it
  *    are new, and beams that pass it are kept. If an older past hit is within keep_m, a hit is
@@ -89,8 +91,9 @@ extern "C" {
  *  become faster and cells fresher. Call it once a control period, and more often when the vehicle
  *  is idle.
  *
- *  The building of the index starts when 32 beams are recent, or when an eighth of the map's beams
- *  is gone. It gets half of the budget while there are dirty cells.
+ *  The building of the index starts when 32 beams are recent, or when many hits and free segments
+ *  have vanished since the last one was built: 32, and one more for every 8 beams of the map. It
+ *  gets half of the budget while there are dirty cells.
  *
  *  budget   operations; each takes a handful of instructions. An item of an index counts
  *           GPOM_INDEX_ITEM_OPS, a cell counts GPOM_LOWRES_CELL_OPS(). The search of a cell always

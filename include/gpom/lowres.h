@@ -25,10 +25,11 @@
  *  No cell waits forever when new scans arrive. Of eight groups, four start with cells of kind 1,
  *  three with kind 2 and one with kind 3. Each group is then filled in the order above.
  *
- *  Let c be the number of cells of a layer, with both sides rounded up to multiples of 4. With a
- *  budget of GPOM_STEP_OPS_MIN for each step (live.h), a marked coarse cell is evaluated within
- *  8 + c / 6 steps, and a marked focus cell within 8 + c / 2 steps. Up to half of this budget may
- *  go to the building of trees. With a smaller budget, all cells wait while trees are built. */
+ *  Let c be the number of cells of a layer, with both sides rounded up to multiples of 4. If each
+ *  step has a budget of GPOM_STEP_OPS_MIN (live.h), a coarse cell is evaluated within 8 + c / 6
+ *  steps after it was marked. A focus cell is evaluated within 8 + c / 2 steps. Up to half of this
+ *  budget may go to the building of trees. With a smaller budget, all cells wait while trees are
+ *  being built. */
 #ifndef GPOM_LOWRES_H
 #define GPOM_LOWRES_H
 
@@ -154,8 +155,8 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_lowres_at(const gpom_map_t *map, uint
  *  doubled until it fits. The corner of the raster is at a whole multiple of the cell side in the
  *  map frame.
  *
- *  Only cells whose centre lies in the band are evaluated, near corners of the polyline also cells
- *  within sqrt(2) half_width_m. All other cells stay unknown.
+ *  Only cells whose centre lies in the band are evaluated. Near corners of the polyline, cells
+ *  within sqrt(2) half_width_m may be evaluated, too. All other cells stay unknown.
  *
  *  points  n_points >= 1 points, read only during the call; n_points = 0 (points may be NULL): end
  *          the focus.

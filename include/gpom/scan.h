@@ -50,7 +50,7 @@ typedef struct {
 /** A robot pose in the map frame. */
 typedef struct {
     double x_m;       /**< [m], within GPOM_PLACE_MAX_M (map.h) */
-    double y_m;       /**< [m], likewise */
+    double y_m;       /**< [m], within GPOM_PLACE_MAX_M */
     double yaw_rad;   /**< [rad], any angle from -1e6 to 1e6, so also more than one turn. */
     const float *cov; /**< 3 x 3 covariance of (x, y, yaw) by rows [m2, m rad, rad2]. It is
                            symmetric and positive semidefinite, with variances of at most 1e12.
@@ -95,13 +95,15 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *  plus the pose covariance carried to the hit. Of this covariance d^2 takes the mean over all
  *  directions: half of the sum of the variances in x and y.
  *
- *  Errors  GPOM_ERR_ARG: null, or a field of sensor or scan is out of range. The map is unchanged.
- *          GPOM_ERR_ARG: the pose is not finite or beyond GPOM_PLACE_MAX_M, or its covariance is
- *          not valid. This is counted; the map is unchanged.
- *          GPOM_ERR_REACH: the sensor is beyond GPOM_REACH_M of the origin. This is counted; the
- *          map is unchanged. If the origin follows the robot (rebase_m) and beams are kept, a pose
- *          out of reach of the old origin is refused too. The 10th such pose in a row, each near
- *          the one before, is accepted. For real jumps of the map frame, use gpom_map_jump().
+ *  Errors  GPOM_ERR_ARG    null, or a field of sensor or scan is out of range. The map is
+ *                          unchanged.
+ *          GPOM_ERR_ARG    the pose is not finite or beyond GPOM_PLACE_MAX_M, or its covariance is
+ *                          not valid. The scan is counted; the map is unchanged.
+ *          GPOM_ERR_REACH  the sensor is beyond GPOM_REACH_M of the origin. The scan is counted;
+ *                          the map is unchanged. If the origin follows the robot (rebase_m) and
+ *                          beams are kept, a pose out of reach of the old origin is refused too.
+ *                          The 10th such pose in a row, each near the one before, is accepted.
+ *                          For real jumps of the map frame, use gpom_map_jump().
  *  Cost: O(n_ranges (1 + n_masks)), and walks of the trees: docs/costs.md has the bound. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
                                                        const gpom_sensor_t *sensor,
