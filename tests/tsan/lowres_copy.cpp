@@ -3,6 +3,7 @@
 // Returns 0 if all holds.
 #include "gpom/gpom.h"
 #include "src/map/map.hpp"
+#include "src/refresh/lowres_step.hpp"
 
 #include <atomic>
 #include <cmath>
