@@ -3,7 +3,7 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit codec c99 headers symbols tools unit-sanitize codec-sanitize linux make unit-campaign
+Suites: unit codec c99 headers symbols linux unit-sanitize codec-sanitize tools make unit-campaign
 tools-campaign linux-campaign tools-sanitize linux-sanitize tsan processors can firmware install
 docs instructions fuzz lint; `base` is the first ten, `extra` the rest.
 Called by make, which builds what they need first. A failure is printed with its output, a skip with
@@ -34,8 +34,8 @@ TIMEOUT_S = 3600  # a whole suite on a slow machine; its tests have shorter ones
 # What a change breaks first runs first. What takes long is a campaign, which `extra` runs: pytest's
 # mark, and doctest's suites. "sanitized campaign" is one for the sanitizers alone, with which
 # arithmetic takes up to twenty times as long; without them the same tests belong to `base`.
-BASE = ["unit", "codec", "c99", "headers", "symbols", "tools", "unit-sanitize", "codec-sanitize",
-        "linux", "make"]
+BASE = ["unit", "codec", "c99", "headers", "symbols", "linux", "unit-sanitize", "codec-sanitize",
+        "tools", "make"]
 EXTRA = ["unit-campaign", "tools-campaign", "linux-campaign", "tools-sanitize", "linux-sanitize",
          "tsan", "processors", "can", "firmware", "install", "docs", "instructions", "fuzz",
          "lint"]
