@@ -84,7 +84,7 @@ extern "C" {
 
 /** Least budget of gpom_map_step() with which both trees and raster make progress in every step,
  *  for n = n_hits + n_free. */
-#define GPOM_STEP_OPS_MIN(n) ((uint64_t)2 * GPOM_LOWRES_GROUP_OPS(n))
+#define GPOM_STEP_OPS_MIN(n) ((uint64_t)2 * GPOM_LOWRES_BATCH_OPS(n))
 
 /** Do a slice of the work that scans leave behind: index recent beams, and evaluate dirty cells of
  *  the low-resolution map (lowres.h). Answers of queries are the same before and after. Queries

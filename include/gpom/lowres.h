@@ -7,7 +7,7 @@
  *
  *  A scan marks the cells that it can change as dirty. gpom_map_step() evaluates cells: it asks the
  *  map at the centre of each cell. It evaluates up to GPOM_LANES_MAX cells together; these are a
- *  group. It takes cells in this order:
+ *  batch. It takes cells in this order:
  *
  *  1. Dirty coarse cells near the robot, nearest first. Near means at most GPOM_LOWRES_NEAR_CELLS
  *     cells from the robot's cell (Chebyshev distance).
@@ -22,8 +22,8 @@
  *  centre, rounded as described below, whatever the budgets were. The exception is a cell whose
  *  search was cut (gpom_stats_t::cells_cut).
  *
- *  No cell waits forever when new scans arrive. Of eight groups, four start with cells of kind 1,
- *  three with kind 2 and one with kind 3. Each group is then filled in the order above.
+ *  No cell waits forever when new scans arrive. Of eight batches, four start with cells of kind 1,
+ *  three with kind 2 and one with kind 3. Each batch is then filled in the order above.
  *
  *  Let c be the number of cells of a layer, with both sides rounded up to multiples of 4. If each
  *  step has a budget of GPOM_STEP_OPS_MIN (live.h), a coarse cell is evaluated within 8 + c / 6
@@ -49,9 +49,9 @@ extern "C" {
     ((uint64_t)(n) * (uint64_t)(n) * (uint64_t)(n) / 6u +                                          \
      (uint64_t)16 * (uint64_t)(n) * (uint64_t)(n) + (uint64_t)1024)
 
-/** A group of cells starts only if the budget has this many operations left: enough for all cells
- *  of the group and 64 looks. A smaller budget evaluates nothing. */
-#define GPOM_LOWRES_GROUP_OPS(n) (GPOM_LANES_MAX * GPOM_LOWRES_CELL_OPS(n) + (uint64_t)64)
+/** A batch of cells starts only if the budget has this many operations left: enough for all cells
+ *  of the batch and 64 looks. A smaller budget evaluates nothing. */
+#define GPOM_LOWRES_BATCH_OPS(n) (GPOM_LANES_MAX * GPOM_LOWRES_CELL_OPS(n) + (uint64_t)64)
 
 /** The rasters of a map: the argument `layer` of the functions below. */
 typedef enum {

@@ -104,7 +104,7 @@ GPOM_API void gpom_sensor_init(gpom_sensor_t *sensor);
  *                          beams are kept, a pose out of reach of the old origin is refused too.
  *                          The 10th such pose in a row, each near the one before, is accepted.
  *                          For real jumps of the map frame, use gpom_map_jump().
- *  Cost: O(n_ranges (1 + n_masks)), and walks of the trees: docs/costs.md has the bound. */
+ *  Cost: O(n_ranges (1 + n_masks)), and traversals of the trees: docs/costs.md has the bound. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
                                                        const gpom_sensor_t *sensor,
                                                        const gpom_pose_t *pose);

@@ -100,12 +100,12 @@ static void refresh(gpom_map_t *map, uint32_t n_points, const char *name)
     uint64_t n_used;
     require(gpom_map_build(map));
     while (dirty_cells(map) > 0) {
-        require(gpom_map_step(map, GPOM_LOWRES_GROUP_OPS(n_points), &scratch, &n_used));
+        require(gpom_map_step(map, GPOM_LOWRES_BATCH_OPS(n_points), &scratch, &n_used));
     }
     gpom_count_begin();
     gpom_status_t status;
     do {
-        status = gpom_map_step(map, GPOM_LOWRES_GROUP_OPS(n_points), &scratch, &n_used);
+        status = gpom_map_step(map, GPOM_LOWRES_BATCH_OPS(n_points), &scratch, &n_used);
     } while (status == GPOM_OK && n_used > 0);
     gpom_count_end();
     print_count(name, DEVICE_NX * DEVICE_NY);

@@ -210,7 +210,7 @@ bool is_near_free(const Index &index, Subtree *stack, const Point &at, float rea
 {
     const Box around = {at.x_m, at.y_m, at.x_m, at.y_m};
     const Offset<float> from = {at.x_m, at.y_m};
-    return !walk(
+    return !traverse(
         index, index.free_part, stack,
         [&](const Box &box) { return are_near(box, around, reach_m); },
         [&](uint32_t slot) {

@@ -93,10 +93,10 @@ void remove_hit(Index &index, uint32_t slot);
 void remove_free(Index &index, uint32_t slot);
 void remove_beam(Index &index, uint32_t slot);
 
-/// Sort the slots that became vacant since the first vacant slot was `before`. A walk over a tree
-/// vacates slots in the order of the tree. The slots of new beams must not depend on this order,
-/// because it depends on how far building the trees has come.
-/// Cost: O(n log n) for n slots that became vacant.
+/// Sort the slots that became vacant since the first vacant slot was `before`. A traversal of a
+/// tree vacates slots in the order of the tree. The slots of new beams must not depend on this
+/// order, because it depends on how far building the trees has come. Cost: O(n log n) for n slots
+/// that became vacant.
 void sort_vacated(Index &index, uint32_t before);
 
 /// Move the origin by (dx_m, dy_m). All coordinates change to the new origin, and a build in
@@ -109,8 +109,8 @@ void shift_origin(Index &index, float dx_m, float dy_m);
 uint32_t build_some(Index &index, uint32_t budget);
 
 /// Build the trees over all beams if kUnindexedMax beams of the scan that begins at first_id are
-/// recent. Each walk looks at all recent beams, so that otherwise the cost of a long scan would
-/// grow with the square of its length.
+/// recent. Each traversal looks at all recent beams, so that otherwise the cost of a long scan
+/// would grow with the square of its length.
 void index_long_scan(Index &index, uint32_t first_id);
 
 /// Start building, even if little has changed. A build in progress is given up.
@@ -174,8 +174,8 @@ bool for_each_recent(const Index &index, const Part &part, const Touches &touche
 /// true. Beams of the tree come first, then recent beams. Visiting ends when visit(slot) returns
 /// false; then this returns false too.
 template <class Part, class Touches, class Visit>
-bool walk(const Index &index, const Part &part, Subtree *stack, const Touches &touches,
-          const Visit &visit)
+bool traverse(const Index &index, const Part &part, Subtree *stack, const Touches &touches,
+              const Visit &visit)
 {
     const KdTree &tree = tree_of(index, part);
     const auto visit_member = [&](uint32_t slot) {

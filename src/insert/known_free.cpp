@@ -47,13 +47,13 @@ bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
 
 /// Call visit(slot) for kept beams with free segments whose boxes are within reach_m of the box
 /// around a segment. Stops when visit() returns false, and then returns false. May be called inside
-/// a walk over hits.
+/// a traversal of hits.
 template <class Visit>
 bool for_each_free_near(gpom_map &map, const Segment &part, float reach_m, const Visit &visit)
 {
     Box around = empty_box();
     include(around, part);
-    return walk(
+    return traverse(
         map.index, map.index.free_part, map.keeper.inner_stack,
         [&](const Box &box) { return are_near(box, around, reach_m); }, visit);
 }

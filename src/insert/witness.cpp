@@ -361,8 +361,8 @@ void judge_hit(const Trial &trial, uint32_t slot, const Witnesses &witnesses)
 
 /// Compare a kept hit with the beams of the group. Beams that end at the hit are known. If the hit
 /// stands, beams that end at the occupied part behind it are known, too. A hit of an earlier scan
-/// is also judged. Not inlined, because the compiler would otherwise keep the state of the walk in
-/// memory instead of registers.
+/// is also judged. Not inlined, because the compiler would otherwise keep the state of the
+/// traversal in memory instead of registers.
 [[gnu::noinline]] void compare(const Trial &trial, uint32_t slot)
 {
     gpom_map &map = trial.map;
@@ -430,7 +430,7 @@ void judge(gpom_map &map, Judgement &judgement)
     }
     BeamLanes lanes[kVectors];
     const Trial trial = trial_of(map, judgement, lanes);
-    walk(
+    traverse(
         map.index, map.index.hit_part, map.keeper.hit_stack,
         [&](const Box &box) { return may_matter(trial, box); },
         [&](uint32_t slot) {

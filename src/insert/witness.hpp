@@ -41,7 +41,7 @@ struct Judgement {
 };
 
 /// Compare the beams of the keeper's group with all kept hits near them. Fills the judgement.
-/// Cost: one walk over the hits near the group, and per hit one comparison with all beams.
+/// Cost: one traversal of the hits near the group, and per hit one comparison with all beams.
 void judge(gpom_map &map, Judgement &judgement);
 
 } // namespace gpom

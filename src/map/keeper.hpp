@@ -49,7 +49,7 @@ struct Keeper {
     int64_t stamp_us;       ///< Of the newest scan.
     uint32_t stamp_ms;      ///< The same time, counted from stamp0_us.
     Subtree hit_stack[kDepthMax];
-    Subtree inner_stack[kDepthMax]; ///< For a walk that starts inside a walk over hits.
+    Subtree inner_stack[kDepthMax]; ///< For a traversal that starts inside one of hits.
 };
 
 /// How many provisional beams a map of beam_max beams holds.

@@ -66,7 +66,7 @@ static_assert(map_layout(GPOM_BEAM_MAX, GPOM_CELL_MAX).total <=
                   GPOM_MAP_BYTES(GPOM_BEAM_MAX, GPOM_CELL_MAX),
               "public macro too small");
 static_assert(leaf_count(GPOM_BEAM_MAX) <= (1u << (kDepthMax - 2)),
-              "the walk's stack is too short");
+              "the traversal's stack is too short");
 
 inline bool is_map(const gpom_map *map) { return map != nullptr && map->magic == kMapMagic; }
 

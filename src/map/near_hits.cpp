@@ -18,8 +18,8 @@ bool was_past(const gpom_map &map, const Beam &beam)
 /// Which hits count: hits that became past before this scan's time, or hits that are not past.
 enum class Wanted : uint8_t { kPast, kNotPast };
 
-/// Not inlined: if both callers contained it, the compiler would make the walk a separate function
-/// and keep its state in memory instead of registers.
+/// Not inlined: if both callers contained it, the compiler would make the traversal a separate
+/// function and keep its state in memory instead of registers.
 [[gnu::noinline]] NearHits search_hits(const gpom_map &map, Subtree *stack, const HitSearch &search,
                                        Wanted wanted)
 {
@@ -27,7 +27,7 @@ enum class Wanted : uint8_t { kPast, kNotPast };
     NearestK<float> nearest = {near.best, 2, 2};
     const Offset<float> at = {search.at.x_m, search.at.y_m};
     const Index &index = map.index;
-    walk(
+    traverse(
         index, index.hit_part, stack,
         [&](const Box &box) {
             return box_distance2(box, at.x_m, at.y_m) <= box_reach2(nearest.worst());

@@ -27,7 +27,7 @@ NearHits near_hits(gpom_map &map, const HitSearch &search);
 
 /// True if a hit that was past before this scan's time is nearer to a place than keep_m. Hits that
 /// became past at this time do not count, because the answer must not depend on the order in which
-/// hits are judged. May be called inside a walk over hits.
+/// hits are judged. May be called inside a traversal of hits.
 bool is_near_past(gpom_map &map, const Point &at);
 
 } // namespace gpom

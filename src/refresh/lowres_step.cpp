@@ -208,7 +208,7 @@ uint64_t lowres_step(gpom_map &map, const gpom_scratch_t &scratch, uint64_t budg
 {
     const gpom_params_t &params = map.config.params;
     const uint64_t cell_ops = GPOM_LOWRES_CELL_OPS(params.n_hits + params.n_free);
-    const uint64_t batch_ops = GPOM_LOWRES_GROUP_OPS(params.n_hits + params.n_free);
+    const uint64_t batch_ops = GPOM_LOWRES_BATCH_OPS(params.n_hits + params.n_free);
     PointBatch &points = *carve_batch(scratch.mem);
     uint64_t used = 0;
     while (budget - used >= batch_ops) {

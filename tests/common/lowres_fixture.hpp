@@ -46,7 +46,7 @@ inline std::uint64_t step(gpom_map_t *map, std::uint64_t budget)
 inline std::uint64_t group_ops(const gpom_map_t *map)
 {
     const gpom_params_t &params = map->config.params;
-    return GPOM_LOWRES_GROUP_OPS(static_cast<std::uint64_t>(params.n_hits) + params.n_free);
+    return GPOM_LOWRES_BATCH_OPS(static_cast<std::uint64_t>(params.n_hits) + params.n_free);
 }
 
 /// Until nothing is left to do.

@@ -201,7 +201,7 @@ def nearest(offset, index, k, cap=None, fading=0):
         margin_m = pool_end_gap(d2, order, k)
     else:
         pool = order[:, :max(k + k // 2, k + (fading > 0))]
-        chosen = walk(cap.scan[index[pool]], k, cap.most)
+        chosen = pick_capped(cap.scan[index[pool]], k, cap.most)
         # Chosen items come first, still in order.
         first = np.argsort(~chosen, axis=1, kind="stable")[:, :k]
         taken = np.take_along_axis(order, first, axis=1)
@@ -245,7 +245,7 @@ def pool_weights(d2, pool, k, fading, scan=None, most=0):
     return weight * fading_weight(d_m, from_m, end_m)
 
 
-def walk(scan, k, most):
+def pick_capped(scan, k, most):
     """Which items of a pool (q, m) in order are chosen: k at most, and `most` of one scan."""
     chosen = np.zeros(scan.shape, bool)
     for i in range(scan.shape[1]):

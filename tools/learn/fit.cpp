@@ -150,7 +150,7 @@ public:
             attempt(params_of(start, kernel_, options_), at_start, start.label, kStartIterations);
         }
         for (const Step &step : steps_) {
-            walk(step);
+            try_values(step);
         }
         attempt(fit_.params, neighbourhoods(fit_.params), "from the best", kPolishIterations);
         return std::move(fit_);
@@ -195,7 +195,7 @@ private:
     }
 
     /// Coordinate descent along one parameter: try every value, each time from the best fit so far.
-    void walk(const Step &step)
+    void try_values(const Step &step)
     {
         const LearntParams before = fit_.params;
         for (const double value : step.values) {

@@ -346,7 +346,7 @@ void read_intake(const TomlTable &root, Config &config)
 {
     config.intake = {2048, 64, 1000000, 0};
     const gpom_params_t &params = config.map.params;
-    config.step_ops = 16 * GPOM_LOWRES_GROUP_OPS(params.n_hits + params.n_free);
+    config.step_ops = 16 * GPOM_LOWRES_BATCH_OPS(params.n_hits + params.n_free);
     if (root.has("intake")) {
         const TomlTable table = root.table("intake");
         table.refuse_keys_beyond(
