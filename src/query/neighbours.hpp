@@ -334,12 +334,14 @@ inline bool search_both(const gpom_map &map, Workspace &work)
     const Offset<F> move = {at.x_m - before.x_m, at.y_m - before.y_m};
     bool is_whole = false;
     if (work.has_searched) {
-        is_whole = search_near(map, work, hits, move);
-        is_whole = search_near(map, work, free, move) && is_whole;
+        const bool has_hits = search_near(map, work, hits, move);
+        const bool has_free = search_near(map, work, free, move);
+        is_whole = has_hits && has_free;
     }
     if (!is_whole) {
-        is_whole = search_all(map, work, hits);
-        is_whole = search_all(map, work, free) && is_whole;
+        const bool has_hits = search_all(map, work, hits);
+        const bool has_free = search_all(map, work, free);
+        is_whole = has_hits && has_free;
     }
     work.searched_at = at;
     work.has_searched = is_whole;

@@ -271,7 +271,7 @@ CHECKS = {
 
 def stack_checks():
     # Without a public function one case that fails, not a silent nothing.
-    roots = stack_graph("src").roots() or ["gpom_*"]
+    roots = stack_graph("src/*").roots() or ["gpom_*"]
     codec = [name for name in stack_graph("ports/codec").roots() if name.startswith("gpom_wire_")]
     device = stack_graph("ports/uart").roots()
     roots += [*(codec or ["gpom_wire_*"]), *(device or ["gpom_device_*"]), "main"]
