@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
 """Ratios within one run of bench/speed.cpp.
 
-usage: bench/ratios.py [--speed FILE [--sklearn FILE]] [--insert FILE...]
+usage: bench/ratios.py [--speed FILE [--sklearn FILE]] [--insert FILE...] [--record DIR]
 
-Prints first a line for each map and n. It has the queries a second in rasters and lists, and the
-ratio to plain Eigen with brute force, to plain Eigen with the tree, and to scikit-learn (in another
-process of the same run, if it is installed). Then it has the time of a whole query over that of
-nanoflann's search of the hits only, and the speed of the solve only, with covariances, as a part of
-the measured peak of multiply-adds (two operations each). The covariance is Matern-1/2, or the
-paper's for maps named -nn. Further lines compare whole maps with the paper's times, and give the
-figures of a real log, of building and inserting (mean and worst scan of `gpom-live insert`), and of
-the two solves of many neighbours.
+Prints first the processor and its peak. Then a line for each map and n. It has the queries a second
+in rasters and lists, and the ratio to plain Eigen with brute force, to plain Eigen with the tree,
+and to scikit-learn (in another process of the same run, if it is installed). Then it has the time
+of a whole query over that of nanoflann's search of the hits only, and the speed of the solve only,
+with covariances, as a part of the measured peak of multiply-adds (two operations each). The
+covariance is Matern-1/2, or the paper's for maps named -nn. Further lines compare whole maps with
+the paper's times, and give the figures of a real log, of building and inserting (mean and worst
+scan of `gpom-live insert`), and of the two solves of many neighbours. --record also writes the main
+ratios into a file of DIR, named after the processor (bench/processor.py).
 """
 import argparse
 import json
@@ -19,6 +20,8 @@ import os
 import pathlib
 import re
 import sys
+
+import processor
 
 PAPER = {"coarse-120000-m2": "paper: under 5 s",
          "street-100-m-20-m": "paper: 200 s at 1,000 points a second"}
@@ -87,8 +90,7 @@ def print_maintenance(run):
               f"{row['beams']:.0f} beams kept")
 
 
-def print_insertion(path):
-    live = read_json(path)
+def print_insertion(live):
     print(f"insert live, from {live['kept']} of {live['beam_max']} beams on: "
           f"{live['insert']['us_mean']:.1f} us a scan of {live['beams_per_scan']} beams, "
           f"{1e-3 * live['insert']['us_max']:.2f} ms at worst, without its step")
@@ -111,11 +113,19 @@ def read_json(path):
 
 
 def print_speed(run, sklearn):
+    print(processor.describe(processor.record_of(run, [])))
     print(f"{run.context['lanes']} lanes, compiler {run.context['compiler']}; medians of one run")
     print_queries(run, sklearn)
     print_maps(run)
     print_maintenance(run)
     print_solves(run)
+
+
+def write_record(folder, run, insertions):
+    record = processor.record_of(run, insertions)
+    path = folder / processor.file_name(record)
+    path.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    print(f"wrote {path}")
 
 
 def main():
@@ -124,11 +134,19 @@ def main():
     parser.add_argument("--sklearn", help="output of bench/sklearn_gp.py")
     parser.add_argument("--insert", nargs="+", default=[], type=pathlib.Path,
                         help="outputs of `gpom-live insert`")
+    parser.add_argument("--record", metavar="DIR", type=pathlib.Path,
+                        help="write the main ratios into this folder; needs --speed")
     arguments = parser.parse_args()
-    if arguments.speed is not None:
-        print_speed(Run(arguments.speed), read_json(arguments.sklearn))
-    for path in arguments.insert:
-        print_insertion(path)
+    if arguments.record is not None and arguments.speed is None:
+        parser.error("--record needs --speed FILE")
+    insertions = [read_json(path) for path in arguments.insert]
+    run = Run(arguments.speed) if arguments.speed is not None else None
+    if run is not None:
+        print_speed(run, read_json(arguments.sklearn))
+    for live in insertions:
+        print_insertion(live)
+    if arguments.record is not None:
+        write_record(arguments.record, run, insertions)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 #include "bench/fma_peak.hpp"
 #include "bench/place.hpp"
 #include "bench/plain_gp.hpp"
+#include "bench/processor.hpp"
 #include "bench/solve.hpp"
 #include "gpom/gpom.h"
 #include "ports/host/scan_log.hpp"
@@ -442,6 +443,7 @@ int main(int argc, char **argv)
     }
     benchmark::AddCustomContext("lanes", std::to_string(gpom_lanes()));
     benchmark::AddCustomContext("compiler", __VERSION__);
+    benchmark::AddCustomContext("processor", processor_name());
     add_all();
     benchmark::RunSpecifiedBenchmarks();
     return 0;

@@ -23,6 +23,11 @@ bench: build/setup/bench $(BUILD)/speed bench-insert ## Compare with Eigen, nano
 	    --sklearn build/bench/sklearn.json --insert build/bench/insert-of-*.json | \
 	    tee build/bench/ratios.txt
 
+bench-record: bench ## Keep the main ratios of this processor, for a column of RESULTS.md
+	@mkdir -p bench/processors
+	$(Q)python3 bench/ratios.py --speed build/bench/speed.json \
+	    --insert build/bench/insert-of-*.json --record bench/processors | tail -1
+
 bench-insert: $(BUILD)/gpom-live
 bench-insert: ## Time inserting scans into a map of 20,000 beams, one with room and a full one
 	@mkdir -p build/bench
@@ -35,7 +40,7 @@ bench-insert: ## Time inserting scans into a map of 20,000 beams, one with room 
 bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
 	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
 
-.PHONY: bench bench-insert bench-instructions count-queries
+.PHONY: bench bench-record bench-insert bench-instructions count-queries
 
 count-queries: build/setup/firmware
 	$(Q)$(MAKE) CROSS= CPU= LANES=1 FMA=0 BUILD=build/host-scalar build/host-scalar/count-queries

@@ -19,6 +19,7 @@ from tqdm import tqdm
 
 import live_section
 import odometry_section
+import processor_section
 from results_layout import Commands, tables_first
 from results_tables import (PRESETS, Figures, ahead_table, cross_table, log_profile_table,
                             log_table, neighbour_table, solve_table, street_profile_table,
@@ -281,6 +282,7 @@ the occupied points have the least probability that a clamped map can give.
 """
 
 BENCH_COMMAND = "```\nmake bench\n```\n"
+RECORD_COMMAND = "```\nmake bench-record\n```\n"
 
 SHARE_TITLES = {0.04: "4 %", 0.25: "25 %", 1.0: "100 % (90 % for the map)"}
 
@@ -412,6 +414,16 @@ def speed_sections(bench):
     yield "\n".join(["```", *(line for line in lines if not line.startswith("n = ")), "```\n"])
 
 
+def processor_sections():
+    """The main ratios of all processors that were tried."""
+    records = processor_section.read_records(ROOT / "bench" / "processors")
+    if records:
+        yield "## Speed on other processors\n"
+        yield Commands(RECORD_COMMAND)
+        yield processor_section.TEXT
+        yield processor_section.table(records)
+
+
 def document(figures, jobs, arguments, logs):
     names = [log.name for log in logs]
     streets = [f"street {i}" for i in range(arguments.streets)]
@@ -429,6 +441,7 @@ def document(figures, jobs, arguments, logs):
     parts += live_sections(figures, jobs, arguments, logs)
     parts += odometry_sections(figures, jobs, arguments.odometry)
     parts += speed_sections(arguments.bench)
+    parts += processor_sections()
     places = [("beams 0.04", log.name, pathlib.Path(params_of(log.preset)).stem, "all")
               for log in logs if 0.04 in arguments.fractions]
     places += [("street", name, "street", "near") for name in streets]
