@@ -140,8 +140,7 @@ typedef struct {
 typedef struct {
     double x_m;       /**< Sensor position, map frame [m]. */
     double y_m;       /**< Sensor position, map frame [m]. */
-    int64_t stamp_us; /**< Time of the scan; for a past hit the time since which it is past. To
-                              a millisecond [us]. */
+    int64_t stamp_us; /**< Time of its scan, to a millisecond [us]. */
     float dir_x;      /**< Unit direction, map frame. */
     float dir_y;      /**< Unit direction, map frame. */
     float range_m;    /**< Raw range [m]. For a beam without return: the usable maximum. */

@@ -161,6 +161,6 @@ gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot, gpom_beam_t 
     beam->returned = kept.returned != 0 ? 1 : 0;
     beam->provisional = is_provisional(kept) ? 1 : 0;
     beam->past = is_past(kept) ? 1 : 0;
-    beam->n_agreed = static_cast<uint8_t>(kept.agreed);
+    beam->n_agreed = static_cast<uint8_t>(is_past(kept) ? 0 : kept.agreed);
     return GPOM_OK;
 }

@@ -102,10 +102,7 @@ void retire_hit(gpom_map &map, uint32_t slot)
         return;
     }
     mark_hit(map, beam);
-    beam.hit = kPast;
-    beam.stamp_ms = map.keeper.stamp_ms;
-    beam.agreed = 0;
-    beam.hit_against = 0;
+    set_past(beam, map.keeper.time_number);
 }
 
 void set_agreed(gpom_map &map, Beam &beam, uint32_t agreed)
