@@ -148,6 +148,8 @@ typedef struct {
                               (live.h). Position uncertainty raises it. */
     float free_noise; /**< Noise variance of its free points [1]: sn2_free. Position
                               uncertainty raises it. */
+    float excess;     /**< How much an uncertain place raises both: sn2 becomes
+                              sn2 + excess (sn2 + k(x, x)); >= 0. */
     uint32_t id;      /**< Order of insertion. Starts again at 0 when a map is cleared or read. */
     uint8_t is_hit;   /**< 1: its hit at range_m is known. 0: it has no hit, or the hit was
                               given up. */
@@ -158,6 +160,9 @@ typedef struct {
                               beside it. Queries do not see the beam until the hit is confirmed. */
     uint8_t past;        /**< 1: scans of several times saw through its hit (live.h). */
     uint8_t n_agreed;    /**< Number of scans of other times that saw the hit again, up to 15. */
+    uint8_t n_against;   /**< Scans in a row that saw through the hit, up to 3. */
+    uint8_t arrived;     /**< 1: the hit came where free segments of earlier scans ran (live.h). */
+    uint16_t scan;       /**< Number of its scan, modulo 2^16. */
 } gpom_beam_t;
 
 /** Fill with the documented defaults.

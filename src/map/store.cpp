@@ -41,13 +41,18 @@ void enter_provisional(gpom_map &map, uint32_t slot)
 
 } // namespace
 
-void store_beam(gpom_map &map, const Beam &beam)
+void put_beam(gpom_map &map, const Beam &beam)
 {
     const uint32_t slot = insert(map.index, beam);
     mark_beam(map, beam);
     if (is_provisional(beam)) {
         enter_provisional(map, slot);
     }
+}
+
+void store_beam(gpom_map &map, const Beam &beam)
+{
+    put_beam(map, beam);
     ++(beam.returned != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
 }
 

@@ -37,15 +37,6 @@ double turn_of(const gpom_correction_t &correction)
     return correction.to.yaw_rad - correction.from.yaw_rad;
 }
 
-/// The angle, less whole turns, between -pi and pi.
-double short_way(double angle_rad)
-{
-    constexpr double kTurn_rad = 6.2831853071795865;
-    const double turns = angle_rad / kTurn_rad;
-    return angle_rad - kTurn_rad * static_cast<double>(
-                                       static_cast<int64_t>(turns + (turns < 0.0 ? -0.5 : 0.5)));
-}
-
 /// How far a time is from one stamp to a later one, in [0, 1]. The difference of two stamps may
 /// need 64 bits without a sign.
 double fraction(int64_t stamp_us, int64_t from_us, int64_t to_us)

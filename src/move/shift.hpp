@@ -27,6 +27,15 @@ inline bool is_place_and_yaw(const gpom_pose_t &pose)
            is_within(pose.yaw_rad, kYawMax_rad);
 }
 
+/// The angle, less whole turns, between -pi and pi.
+inline double short_way(double angle_rad)
+{
+    constexpr double kTurn_rad = 6.2831853071795865;
+    const double turns = angle_rad / kTurn_rad;
+    return angle_rad - kTurn_rad * static_cast<double>(
+                                       static_cast<int64_t>(turns + (turns < 0.0 ? -0.5 : 0.5)));
+}
+
 inline Direction turned(const Direction &turn, float x, float y)
 {
     return {turn.x * x - turn.y * y, turn.y * x + turn.x * y};
@@ -44,11 +53,14 @@ inline Point moved(const Point &at, const Shift &shift)
 inline void move(Beam &beam, const Shift &shift)
 {
     const Point start = moved({beam.x_m, beam.y_m}, shift);
+    beam.x_m = start.x_m;
+    beam.y_m = start.y_m;
+    if (shift.turn.y == 0.0f && shift.turn.x > 0.0f) { // the direction keeps its bits
+        return;
+    }
     const Direction dir = turned(shift.turn, beam.dir_x, beam.dir_y);
     // One step of Newton's method keeps the length at 1, however often a beam moves.
     const float scale = 1.5f - 0.5f * (dir.x * dir.x + dir.y * dir.y);
-    beam.x_m = start.x_m;
-    beam.y_m = start.y_m;
     beam.dir_x = scale * dir.x;
     beam.dir_y = scale * dir.y;
 }
