@@ -85,3 +85,14 @@ def test_a_log_of_another_drive_is_refused(run, street, tmp_path):
     assert done.stderr.splitlines()[-1] == \
         f"gpom-live: {other}: has no scans with the ranges of {street[0]}; give the log of the " \
         "same drive before its poses were corrected"
+
+
+def test_two_robots_that_share_a_street_make_one_map(run, street):
+    done = run("gpom-live", "merge", "--params", STREET, "--scans", street[0])
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    counts = report["import"]
+    assert counts["known"] > 0 and counts["kept"] > 0
+    assert counts["damaged"] == counts["out_of_reach"] == counts["not_useful"] == 0
+    one, half, both = (report[name]["nll"] for name in ("one robot", "first half", "both halves"))
+    assert both < half - 0.01 and both < 1.15 * one

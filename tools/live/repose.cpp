@@ -1,7 +1,7 @@
 #include "tools/live/repose.hpp"
 
 #include "ports/host/params_toml.hpp"
-#include "tools/eval/report.hpp"
+#include "tools/live/report.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -199,13 +199,7 @@ private:
 
     Json accuracy(const HostMap &map) const
     {
-        const TestSet test{drifts_.split.points, {}, {}};
-        const Metrics metrics = judged({{}, {}, {}, map.probabilities(places_of(test))}, test).all;
-        return {{"kept", gpom_map_beam_count(map.get())},
-                {"auc", metrics.auc},
-                {"fp_at_tp95", metrics.false_positive_rate},
-                {"nll", metrics.nll},
-                {"ece", metrics.calibration_error}};
+        return accuracy_of(map, {drifts_.split.points, {}, {}});
     }
 
     const ReposeOptions &options_;

@@ -92,6 +92,14 @@ gpom_repose_report_t HostMap::repose(const std::vector<gpom_correction_t> &corre
     return report;
 }
 
+gpom_import_report_t HostMap::import(const std::vector<gpom_beam_t> &beams, const gpom_pose_t &from,
+                                     const gpom_pose_t &to)
+{
+    gpom_import_report_t report;
+    require(gpom_map_import_beams(map_, beams.data(), beams.size(), &from, &to, &report), "import");
+    return report;
+}
+
 void HostMap::jump(gpom_jump_t rule) { require(gpom_map_jump(map_, rule, nullptr), "jump"); }
 
 std::uint64_t HostMap::step(std::uint64_t budget)

@@ -47,6 +47,10 @@ public:
     /// Move the beams with their corrected poses.
     gpom_repose_report_t repose(const std::vector<gpom_correction_t> &corrections);
 
+    /// Put beams of another map into this one. `from` and `to`: the same pose in both frames.
+    gpom_import_report_t import(const std::vector<gpom_beam_t> &beams, const gpom_pose_t &from,
+                                const gpom_pose_t &to);
+
     /// The map frame jumps; nothing or all is forgotten.
     void jump(gpom_jump_t rule);
 
