@@ -8,6 +8,8 @@
 #include "tools/live/door.hpp"
 #include "tools/live/drive.hpp"
 #include "tools/live/judge.hpp"
+#include "tools/live/merge.hpp"
+#include "tools/live/repose.hpp"
 #include "tools/live/seams.hpp"
 #include "tools/map/map_options.hpp"
 
@@ -24,6 +26,7 @@ struct Options {
     std::string params_path;
     std::string json_path;
     JudgeOptions judge;
+    ReposeOptions repose;
     std::size_t n_lines = 500;
     CarsTrial cars = default_cars();
     DoorTrial door;
@@ -88,6 +91,30 @@ CLI::App *add_seams(CLI::App &app, Options &options)
     command->add_option("--lines", options.n_lines, "Number of lines")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
+    return command;
+}
+
+CLI::App *add_repose(CLI::App &app, Options &options)
+{
+    CLI::App *const command =
+        add_command(app, "repose", "Accuracy of a map whose poses are corrected later", options);
+    add_judge_options(*command, options.repose.judge);
+    command
+        ->add_option("--drifted", options.repose.drifted_path,
+                     "The scans of --scans with drifted poses")
+        ->required()
+        ->type_name("FILE");
+    command->add_option("--share", options.repose.share, "Share of the drift")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    return command;
+}
+
+CLI::App *add_merge(CLI::App &app, Options &options)
+{
+    CLI::App *const command =
+        add_command(app, "merge", "Accuracy of the map of two robots that share a log", options);
+    add_judge_options(*command, options.judge);
     return command;
 }
 
@@ -212,6 +239,18 @@ nlohmann::ordered_json judge_figures(Options &options)
     return judge_report(options.judge);
 }
 
+nlohmann::ordered_json repose_figures(Options &options)
+{
+    options.repose.judge.params_path = options.params_path;
+    return repose_report(options.repose);
+}
+
+nlohmann::ordered_json merge_figures(Options &options)
+{
+    options.judge.params_path = options.params_path;
+    return merge_report(options.judge);
+}
+
 /// Random places of a street tried for each line. Places away from the beams are left out.
 constexpr std::size_t kPlacesPerLine = 8;
 
@@ -247,6 +286,7 @@ int main(int argc, char **argv)
     };
     const Command commands[] = {
         {add_judge(app, options), judge_figures},   {add_seams(app, options), seams_figures},
+        {add_repose(app, options), repose_figures}, {add_merge(app, options), merge_figures},
         {add_cars(app, options), cars_figures},     {add_door(app, options), door_figures},
         {add_insert(app, options), insert_figures}, {add_drive(app, options), drive_figures}};
     return run_tool(app, argc, argv, [&] {

@@ -7,18 +7,22 @@
  *  - path.h: paths, and places to explore, for planners.
  *  - map.h: the map itself, in memory of the caller.
  *  - live.h: keep a map up to date in slices of work.
+ *  - exchange.h: beams leave a map and enter another one.
+ *  - repose.h: move the map's beams when a SLAM corrects the poses of the past.
  *  - params.h: hyperparameters.
  *  - snapshot.h: store a map, so that it outlives a loss of power.
  *  - status.h: status codes and versions. */
 #ifndef GPOM_GPOM_H
 #define GPOM_GPOM_H
 
+#include "gpom/exchange.h"
 #include "gpom/live.h"
 #include "gpom/lowres.h"
 #include "gpom/map.h"
 #include "gpom/params.h"
 #include "gpom/path.h"
 #include "gpom/query.h"
+#include "gpom/repose.h"
 #include "gpom/scan.h"
 #include "gpom/snapshot.h"
 #include "gpom/status.h"

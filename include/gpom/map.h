@@ -140,8 +140,7 @@ typedef struct {
 typedef struct {
     double x_m;       /**< Sensor position, map frame [m]. */
     double y_m;       /**< Sensor position, map frame [m]. */
-    int64_t stamp_us; /**< Time of the scan; for a past hit the time since which it is past. To
-                              a millisecond [us]. */
+    int64_t stamp_us; /**< Time of its scan, to a millisecond [us]. */
     float dir_x;      /**< Unit direction, map frame. */
     float dir_y;      /**< Unit direction, map frame. */
     float range_m;    /**< Raw range [m]. For a beam without return: the usable maximum. */
@@ -149,6 +148,8 @@ typedef struct {
                               (live.h). Position uncertainty raises it. */
     float free_noise; /**< Noise variance of its free points [1]: sn2_free. Position
                               uncertainty raises it. */
+    float excess;     /**< How much an uncertain place raises both: sn2 becomes
+                              sn2 + excess (sn2 + k(x, x)); >= 0. */
     uint32_t id;      /**< Order of insertion. Starts again at 0 when a map is cleared or read. */
     uint8_t is_hit;   /**< 1: its hit at range_m is known. 0: it has no hit, or the hit was
                               given up. */
@@ -159,6 +160,9 @@ typedef struct {
                               beside it. Queries do not see the beam until the hit is confirmed. */
     uint8_t past;        /**< 1: scans of several times saw through its hit (live.h). */
     uint8_t n_agreed;    /**< Number of scans of other times that saw the hit again, up to 15. */
+    uint8_t n_against;   /**< Scans in a row that saw through the hit, up to 3. */
+    uint8_t arrived;     /**< 1: the hit came where free segments of earlier scans ran (live.h). */
+    uint16_t scan;       /**< Number of its scan, modulo 2^16. */
 } gpom_beam_t;
 
 /** Fill with the documented defaults.

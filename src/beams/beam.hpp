@@ -22,14 +22,15 @@ enum HitState : uint16_t {
 ///
 /// The last two bytes hold the state of the parts, and counts of the scans for and against the hit
 /// (witness.hpp). A part that was contradicted too often is removed, while the other part stays. A
-/// slot of the store whose beam has neither part is vacant.
+/// slot of the store whose beam has neither part is vacant. Nothing counts for or against a past
+/// hit: its counts hold the time since which it is past (set_past()).
 struct Beam {
     float x_m, y_m;           ///< Sensor position.
     float dir_x, dir_y;       ///< Unit direction.
     float range_m;            ///< Raw range, or the usable maximum if there was no return.
     float excess;             ///< w = 1 / rho^2 - 1 >= 0 raises its noise (scan.h). 0: place known.
     uint32_t id;              ///< Order of insertion since the map was empty.
-    uint32_t stamp_ms;        ///< Time of its scan, or when its hit became past; from stamp0_us on.
+    uint32_t stamp_ms;        ///< Time of its scan, from stamp0_us on.
     uint16_t scan;            ///< Number of its scan, modulo 2^16.
     uint16_t returned : 1;    ///< range_m ends at a surface. A gap is left before the surface.
     uint16_t hit : 2;         ///< HitState.
@@ -50,6 +51,27 @@ inline bool is_kept(const Beam &beam) { return has_hit(beam) || beam.has_free !=
 inline uint32_t &next_vacant(Beam &vacant) { return vacant.stamp_ms; }
 inline bool is_provisional(const Beam &beam) { return beam.hit == kProvisional; }
 inline bool is_past(const Beam &beam) { return beam.hit == kPast; }
+
+/// The hit is past from a time on. Of the time's number (Keeper::time_number) the beam keeps 12
+/// bits, in the fields that a past hit does not need. The scan's stamp stays, so that the beam can
+/// move when its scan's pose is corrected.
+inline void set_past(Beam &beam, uint32_t time_number)
+{
+    beam.hit = kPast;
+    beam.agreed = time_number & 15u;
+    beam.hit_against = time_number >> 4 & 3u;
+    beam.arrived = time_number >> 6 & 1u;
+    beam.hit_time = time_number >> 7 & 31u;
+}
+
+/// True if a past hit became past at a time. Wrong for times that are a multiple of 4096 apart.
+inline bool became_past_at(const Beam &beam, uint32_t time_number)
+{
+    Beam then = beam;
+    set_past(then, time_number);
+    return then.agreed == beam.agreed && then.hit_against == beam.hit_against &&
+           then.arrived == beam.arrived && then.hit_time == beam.hit_time;
+}
 
 constexpr uint32_t kAgreedMax = 15;
 constexpr uint32_t kTimeMarkBits = 5;

@@ -48,7 +48,8 @@ struct Discount {
 
 Discount discount_of(const gpom_map &map, const Beam &beam)
 {
-    Discount discount = {0.0f, 0.0f, static_cast<float>(beam.hit_against)};
+    const uint32_t against = is_past(beam) ? 0u : beam.hit_against;
+    Discount discount = {0.0f, 0.0f, static_cast<float>(against)};
     if (map.config.far_m > 0.0f) {
         const float far2 = distance2(end_of(beam), map.keeper.robot);
         discount.far = far2 / (map.config.far_m * map.config.far_m);

@@ -155,12 +155,18 @@ gpom_status_t gpom_map_beam(const gpom_map_t *map, uint32_t i_slot, gpom_beam_t 
     beam->range_m = kept.range_m;
     beam->hit_noise = gpom::noise_of(*map, kept, map->index.hit_part);
     beam->free_noise = gpom::noise_of(*map, kept, map->index.free_part);
+    beam->excess = kept.excess;
     beam->id = kept.id;
+    beam->scan = kept.scan;
     beam->is_hit = has_hit(kept) ? 1 : 0;
     beam->is_free = kept.has_free != 0 ? 1 : 0;
     beam->returned = kept.returned != 0 ? 1 : 0;
     beam->provisional = is_provisional(kept) ? 1 : 0;
     beam->past = is_past(kept) ? 1 : 0;
-    beam->n_agreed = static_cast<uint8_t>(kept.agreed);
+    if (!is_past(kept)) { // its counts hold a time
+        beam->n_agreed = static_cast<uint8_t>(kept.agreed);
+        beam->n_against = static_cast<uint8_t>(kept.hit_against);
+        beam->arrived = kept.arrived != 0 ? 1 : 0;
+    }
     return GPOM_OK;
 }

@@ -11,8 +11,7 @@ namespace
 /// True if a hit became past before the time of the scan that is inserted.
 bool was_past(const gpom_map &map, const Beam &beam)
 {
-    const Keeper &now = map.keeper;
-    return is_past(beam) && !(beam.hit_time == now.time_mark && beam.stamp_ms == now.stamp_ms);
+    return is_past(beam) && !became_past_at(beam, map.keeper.time_number);
 }
 
 /// Which hits count: hits that became past before this scan's time, or hits that are not past.

@@ -14,6 +14,24 @@ namespace
 /// used because a Cortex-M converts 64-bit integers to double in software.
 double whole_metres(double offset_m) { return static_cast<double>(static_cast<int32_t>(offset_m)); }
 
+/// Half of the span of stamps.
+constexpr int64_t kHalf_us = INT64_C(1000) << 31;
+
+/// Set stamp0_us. The stamps of beams and cells shift.
+void move_stamp0(gpom_map &map, int64_t from_us)
+{
+    const int64_t stamp0_us = map.lowres.stamp0_us;
+    const StampShift shift = {milliseconds_since(from_us, stamp0_us),
+                              milliseconds_since(stamp0_us, from_us)};
+    for (uint32_t slot = 0; slot < map.index.n_slots; ++slot) {
+        Beam &beam = map.index.beams[slot];
+        if (is_kept(beam)) {
+            beam.stamp_ms = shift(beam.stamp_ms);
+        }
+    }
+    lowres_move_stamp0(map.lowres, from_us, shift);
+}
+
 /// True if the newest scan and the next scan, of stamp_us, are both outside of the span of stamps
 /// on the same side. Before the span: the newest is before stamp0_us, and the next is more than
 /// kSetBack_ms before stamp0_us. After the span: both are 2^32 - 1 ms or more after stamp0_us.
@@ -81,18 +99,20 @@ void follow_clock(gpom_map &map, int64_t stamp_us)
     if (!is_out_of_span(map, stamp_us)) {
         return;
     }
-    const int64_t stamp0_us = map.lowres.stamp0_us;
-    constexpr int64_t kHalf_us = INT64_C(1000) << 31;
-    const int64_t from_us = stamp_us > INT64_MIN + kHalf_us ? stamp_us - kHalf_us : INT64_MIN;
-    const StampShift shift = {milliseconds_since(from_us, stamp0_us),
-                              milliseconds_since(stamp0_us, from_us)};
-    for (uint32_t slot = 0; slot < map.index.n_slots; ++slot) {
-        Beam &beam = map.index.beams[slot];
-        if (is_kept(beam)) {
-            beam.stamp_ms = shift(beam.stamp_ms);
-        }
+    move_stamp0(map, stamp_us > INT64_MIN + kHalf_us ? stamp_us - kHalf_us : INT64_MIN);
+}
+
+void reach_back(gpom_map &map, int64_t stamp_us)
+{
+    if (stamp_us == INT64_MAX) {
+        return;
     }
-    lowres_move_stamp0(map.lowres, from_us, shift);
+    lowres_start_clock(map.lowres, stamp_us);
+    const int64_t stamp0_us = map.lowres.stamp0_us;
+    if (stamp_us < stamp0_us && milliseconds_since(stamp_us, stamp0_us) < kHalf_us / 1000) {
+        move_stamp0(map, stamp_us);
+        map.keeper.stamp_ms = milliseconds_since(stamp_us, map.keeper.stamp_us);
+    }
 }
 
 } // namespace gpom

@@ -34,4 +34,8 @@ void move_origin(gpom_map &map, const Eigen::Vector2d &step_m);
 /// Cost: O(beam_max + cells) if stamp0_us moves, else O(1).
 void follow_clock(gpom_map &map, int64_t stamp_us);
 
+/// Let stamps of beams count from a time on, if it is before stamp0_us, by up to 2^31 ms.
+/// INT64_MAX: no time.
+void reach_back(gpom_map &map, int64_t stamp_us);
+
 } // namespace gpom

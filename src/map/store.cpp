@@ -41,13 +41,18 @@ void enter_provisional(gpom_map &map, uint32_t slot)
 
 } // namespace
 
-void store_beam(gpom_map &map, const Beam &beam)
+void put_beam(gpom_map &map, const Beam &beam)
 {
     const uint32_t slot = insert(map.index, beam);
     mark_beam(map, beam);
     if (is_provisional(beam)) {
         enter_provisional(map, slot);
     }
+}
+
+void store_beam(gpom_map &map, const Beam &beam)
+{
+    put_beam(map, beam);
     ++(beam.returned != 0 ? map.stats.beams_hit : map.stats.beams_no_return);
 }
 
@@ -102,10 +107,7 @@ void retire_hit(gpom_map &map, uint32_t slot)
         return;
     }
     mark_hit(map, beam);
-    beam.hit = kPast;
-    beam.stamp_ms = map.keeper.stamp_ms;
-    beam.agreed = 0;
-    beam.hit_against = 0;
+    set_past(beam, map.keeper.time_number);
 }
 
 void set_agreed(gpom_map &map, Beam &beam, uint32_t agreed)

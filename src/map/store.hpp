@@ -10,8 +10,11 @@ struct gpom_map;
 namespace gpom
 {
 
-/// Keep a beam. The store must have room, and ids. Counts it in the map's statistics. A provisional
-/// beam waits in a ring; if the ring is full, the beam that waited longest is dropped.
+/// Keep a beam. The store must have room, and ids. A provisional beam waits in a ring; if the ring
+/// is full, the beam that waited longest is dropped.
+void put_beam(gpom_map &map, const Beam &beam);
+
+/// Keep a beam of a scan, and count it in the map's statistics.
 void store_beam(gpom_map &map, const Beam &beam);
 
 /// Drop a hit, a free segment or a whole beam.

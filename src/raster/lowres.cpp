@@ -125,12 +125,7 @@ void init_layers(Lowres &lowres, const gpom_config_t &config, Cell *cells)
 
 void count_stamp(Lowres &lowres, int64_t stamp_us)
 {
-    if (lowres.has_stamp0 == 0) {
-        begin_change(lowres);
-        lowres.has_stamp0 = 1;
-        lowres.stamp0_us = stamp_us;
-        end_change(lowres);
-    }
+    lowres_start_clock(lowres, stamp_us);
     const uint32_t ms = milliseconds_since(lowres.stamp0_us, stamp_us);
     const uint32_t newest_ms = load(lowres.newest_ms);
     if (ms > newest_ms || newest_ms - ms > kSetBack_ms) {
@@ -139,6 +134,16 @@ void count_stamp(Lowres &lowres, int64_t stamp_us)
 }
 
 } // namespace
+
+void lowres_start_clock(Lowres &lowres, int64_t stamp_us)
+{
+    if (lowres.has_stamp0 == 0) {
+        begin_change(lowres);
+        lowres.has_stamp0 = 1;
+        lowres.stamp0_us = stamp_us;
+        end_change(lowres);
+    }
+}
 
 uint32_t milliseconds_since(int64_t stamp0_us, int64_t stamp_us)
 {

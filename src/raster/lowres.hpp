@@ -137,6 +137,9 @@ struct StampShift {
 /// Set stamp0_us and shift the stamps of all cells. Cells that were never evaluated keep stamp 0.
 void lowres_move_stamp0(Lowres &lowres, int64_t stamp0_us, const StampShift &shift);
 
+/// Stamps count from this time on, if none was set before.
+void lowres_start_clock(Lowres &lowres, int64_t stamp_us);
+
 /// A scan was taken with the robot at a place, given relative to the map's origin. Moves the window
 /// if it is a rolling one, starts the spiral again, and updates newest_ms and map_sequence.
 void lowres_follow(Lowres &lowres, Point robot, int64_t stamp_us);

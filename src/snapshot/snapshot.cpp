@@ -79,10 +79,8 @@ bool commits(const State &s, Commit &commit)
     if (!gpom::take_commit(s.block, commit)) {
         return false;
     }
-    static_assert(offsetof(gpom_stats_t, scans_inserted) == 0, "not the first counter");
-    const bool has_scans = s.n_beams == 0 || gpom::first_counter(s.block) > 0;
     return commit.n_beams == s.n_beams && commit.blocks_crc == s.blocks_crc &&
-           s.id_end <= commit.next_id && has_scans &&
+           s.id_end <= commit.next_id &&
            commit.stamp0_us <= INT64_MAX - int64_t{1000} * s.stamp_ms_max;
 }
 
@@ -423,7 +421,7 @@ void publish(State &s, gpom_map_t &map)
     const bool has_scans = map.stats.scans_inserted > 0;
     gpom::lowres_restore(
         map.lowres, {commit.origin_x_m, commit.origin_y_m, commit.stamp0_us, commit.frame_epoch},
-        has_scans);
+        has_scans || map.index.n_beams > 0); // beams may come from another map
     if (has_scans) {
         gpom::lowres_follow(map.lowres, keeper.robot, keeper.stamp_us);
     }

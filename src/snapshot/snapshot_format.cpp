@@ -193,12 +193,6 @@ bool has_params(const uint8_t *block, const uint8_t *record)
     return true;
 }
 
-uint64_t first_counter(const uint8_t *block)
-{
-    Decoder from = {block + kParamsAt + params_bytes(block)};
-    return take<uint64_t>(from);
-}
-
 void take_counters(const uint8_t *block, uint32_t n_counters, gpom_stats_t &stats)
 {
     static_assert(sizeof stats == 8 * kCounters, "not only counters");

@@ -79,9 +79,6 @@ bool take_commit(const uint8_t *block, Commit &commit);
 /// True if a commit block has the same hyperparameters as a record of this version.
 bool has_params(const uint8_t *block, const uint8_t *record);
 
-/// The first counter of a commit block, scans_inserted.
-uint64_t first_counter(const uint8_t *block);
-
 /// Read the counters of a commit block. Counters that the block does not have become 0.
 void take_counters(const uint8_t *block, uint32_t n_counters, gpom_stats_t &stats);
 

@@ -1,13 +1,27 @@
-// Counters of scans and beams, as JSON.
+// Accuracy and counters of a live map, as JSON.
 #ifndef GPOM_TOOLS_LIVE_REPORT_HPP
 #define GPOM_TOOLS_LIVE_REPORT_HPP
 
-#include "gpom/map.h"
+#include "tools/eval/report.hpp"
+#include "tools/map/host_map.hpp"
 
 #include <nlohmann/json.hpp>
 
 namespace gpom_tools
 {
+
+/// Kept beams and main metrics.
+inline nlohmann::ordered_json accuracy_of(const HostMap &map, const TestSet &test)
+{
+    MethodResult method;
+    method.probabilities = map.probabilities(places_of(test));
+    const Metrics metrics = judged(std::move(method), test).all;
+    return {{"kept", gpom_map_beam_count(map.get())},
+            {"auc", metrics.auc},
+            {"fp_at_tp95", metrics.false_positive_rate},
+            {"nll", metrics.nll},
+            {"ece", metrics.calibration_error}};
+}
 
 /// Every counter, under its name in gpom_stats_t.
 inline nlohmann::ordered_json counts_json(const gpom_stats_t &stats)

@@ -68,8 +68,8 @@ void HostMap::insert(const Scan &scan, const float *pose_cov)
     sensor.range_min_m = 0.0f; // read_scans() has already handled near readings
     sensor.range_max_m = static_cast<float>(scan.range_max_m);
     const gpom_pose_t pose = {scan.x_m, scan.y_m, scan.theta_rad, pose_cov};
-    const gpom_scan_t readings = {static_cast<std::int64_t>(std::llround(scan.t_s * 1e6)),
-                                  scan.angle_min_rad, scan.angle_step_rad, scan.ranges_m.data(),
+    const gpom_scan_t readings = {stamp_us(scan), scan.angle_min_rad, scan.angle_step_rad,
+                                  scan.ranges_m.data(),
                                   static_cast<std::uint32_t>(scan.ranges_m.size())};
     require(gpom_scan_insert(map_, &readings, &sensor, &pose),
             "scan at t = " + std::to_string(scan.t_s) + " s");
@@ -84,6 +84,23 @@ void HostMap::insert(const std::vector<Scan> &scans)
 }
 
 void HostMap::build() { require(gpom_map_build(map_), "build"); }
+
+gpom_repose_report_t HostMap::repose(const std::vector<gpom_correction_t> &corrections)
+{
+    gpom_repose_report_t report;
+    require(gpom_map_repose(map_, corrections.data(), corrections.size(), &report), "repose");
+    return report;
+}
+
+gpom_import_report_t HostMap::import(const std::vector<gpom_beam_t> &beams, const gpom_pose_t &from,
+                                     const gpom_pose_t &to)
+{
+    gpom_import_report_t report;
+    require(gpom_map_import_beams(map_, beams.data(), beams.size(), &from, &to, &report), "import");
+    return report;
+}
+
+void HostMap::jump(gpom_jump_t rule) { require(gpom_map_jump(map_, rule, nullptr), "jump"); }
 
 std::uint64_t HostMap::step(std::uint64_t budget)
 {
@@ -157,6 +174,11 @@ std::vector<gpom_beam_t> HostMap::kept() const
 }
 
 gpom_scratch_t HostMap::scratch() const { return {scratch_.get(), gpom_scratch_bytes(map_)}; }
+
+std::int64_t stamp_us(const Scan &scan)
+{
+    return static_cast<std::int64_t>(std::llround(scan.t_s * 1e6));
+}
 
 std::size_t beam_count(const std::vector<Scan> &scans)
 {

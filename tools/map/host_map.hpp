@@ -44,6 +44,16 @@ public:
 
     void build();
 
+    /// Move the beams with their corrected poses.
+    gpom_repose_report_t repose(const std::vector<gpom_correction_t> &corrections);
+
+    /// Put beams of another map into this one. `from` and `to`: the same pose in both frames.
+    gpom_import_report_t import(const std::vector<gpom_beam_t> &beams, const gpom_pose_t &from,
+                                const gpom_pose_t &to);
+
+    /// The map frame jumps; nothing or all is forgotten.
+    void jump(gpom_jump_t rule);
+
     /// Do one slice of the work that scans leave behind. Returns the number of operations done.
     std::uint64_t step(std::uint64_t budget);
 
@@ -73,6 +83,9 @@ private:
     std::unique_ptr<std::uint8_t[]> scratch_;
     gpom_map_t *map_ = nullptr;
 };
+
+/// The stamp with which a scan is inserted.
+std::int64_t stamp_us(const Scan &scan);
 
 /// Most beams that scans can give. A map of this capacity takes them all.
 std::size_t beam_count(const std::vector<Scan> &scans);

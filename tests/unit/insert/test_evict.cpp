@@ -68,7 +68,7 @@ struct Oracle {
                                                       static_cast<double>(beam.stamp_ms));
         return {far_m > 0.0 ? distance2(place_of(beam), robot) / (far_m * far_m) : 0.0,
                 config.old_s > 0.0f ? age_s / static_cast<double>(config.old_s) : 0.0,
-                static_cast<double>(beam.hit_against)};
+                beam.hit == gpom::kPast ? 0.0 : static_cast<double>(beam.hit_against)};
     }
 
     double usefulness(std::size_t slot, const gpom::Keeper &now) const
