@@ -1,5 +1,5 @@
-// What gpom-eval does: judges the library's map and its rivals by one trial, for its command line and
-// for Python.
+// What gpom-eval does: judges the library's map and its rivals by one trial. For its command line
+// and for Python.
 #ifndef GPOM_TOOLS_EVAL_EVALUATE_HPP
 #define GPOM_TOOLS_EVAL_EVALUATE_HPP
 
