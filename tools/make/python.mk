@@ -21,7 +21,8 @@ wheel: build/setup/package ## Build the Python package: wheel and sdist in build
 
 # The package in build/venv, for tests and examples.
 python-package: $(BUILD)/python-package
-$(BUILD)/python-package: $(BUILD)/libgpom_python_parts.a $(BUILD)/libgpom.a pyproject.toml build/setup/package $(PYTHON_SRC)
+$(BUILD)/python-package: build/setup/package pyproject.toml $(PYTHON_SRC)
+$(BUILD)/python-package: $(BUILD)/libgpom_python_parts.a $(BUILD)/libgpom.a
 	$(Q)$(PYTHON) -m pip --quiet --disable-pip-version-check install --no-build-isolation .
 	$(Q)touch $@
 

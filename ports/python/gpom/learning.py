@@ -23,22 +23,22 @@ def _logs_of(scans):
     return [[scan.laser_tuple() for scan in log] for log in logs]
 
 
-def learn(scans, **options):
+def learn(scans, *, command=None, **options):
     """Learn parameters from the scans of one drive, or of a list of drives.
 
     options  those of gpom-learn: kernel ("all", "nn", "matern12", ...), model, fix, seed, fraction
              (None: for a live map), n_points, first_m [m], ell_max_m [m], n_hits, n_free,
              free_weight, method, composite, truth_paths, keep_m [m], clear_scans, beam_max,
              step_ops
+    command  how the parameters were made, for the comment of their file; None: this call
     Returns  Params with six digits, as gpom-learn writes them, and a dict: figures (a table),
              held_out_nll, held_out_auc, warnings, comment (for Params.to_toml()).
     Raises   RuntimeError, in the words of gpom-learn.
     """
     _require_known(options, _LEARN, "learn")
     used = {name: value for name, value in options.items() if value is not None}
-    used.setdefault("command", "gpom.learn(" +
-                    ", ".join(f"{name}={value!r}" for name, value in sorted(used.items())) + ")")
-    return _core.learn(_logs_of(scans), used)
+    call = ", ".join(f"{name}={value!r}" for name, value in sorted(used.items()))
+    return _core.learn(_logs_of(scans), {**used, "command": command or f"gpom.learn({call})"})
 
 
 def evaluate(scans, params, *, truth=None, **options):

@@ -8,9 +8,10 @@ from ..learning import learn
 from ..maps import map_of
 from ..presets import preset, preset_names
 from . import contents, read, read_grid, write_map, write_scans
-from .files import kind_of
+from .files import SCAN_SUFFIXES, kind_of
 from .gpomd_config import apply_config
-from .recording import ReadOptions
+from .maps import WRITERS
+from .recording import ReadOptions, require_suffix
 from .snapshots import map_of_snapshot
 
 _EPILOG = """\
@@ -48,7 +49,7 @@ def _parser():
     reading.add_argument("--snapshot", action="store_true", help="IN is a snapshot of gpomd")
     out = parser.add_argument_group("output; each may be repeated")
     out.add_argument("--scans", action="append", default=[], metavar="FILE",
-                     help="scans: .csv (for the other tools) or .npz")
+                     help="scans: .csv (for the other tools), .npz or .mcap")
     out.add_argument("--map", action="append", default=[], metavar="FILE",
                      help="map: .yaml (nav2), .mcap, .bt (OctoMap), .npz or .png")
     out.add_argument("--learn", action="append", default=[], metavar="FILE",
@@ -72,6 +73,8 @@ def _add_map_options(making):
                         help="nav2: three values, or probabilities [trinary]")
     making.add_argument("--kernel", default="all", help="learning: as for gpom-learn [all]")
     making.add_argument("--model", help="learning: as for gpom-learn [full]")
+    making.add_argument("--points", type=int, metavar="N",
+                        help="learning: places to learn from [6000]")
     making.add_argument("--fix", default="", help="learning: as for gpom-learn")
 
 
@@ -108,7 +111,7 @@ def _write_maps(args, grid):
 
 
 def _learn(args, scans):
-    params, report = learn(scans, kernel=args.kernel, model=args.model, fix=args.fix,
+    params, report = learn(scans, kernel=args.kernel, model=args.model, fix=args.fix, n_points=args.points,
                            command=f"gpom-convert {pathlib.Path(args.input).name} --learn")
     for warning in report["warnings"]:
         print(f"gpom-convert: warning: {warning}", file=sys.stderr)
@@ -118,7 +121,18 @@ def _learn(args, scans):
     return params
 
 
+def _require_names(args):
+    """What a name says is checked first: reading and mapping may take long."""
+    for path in args.scans:
+        require_suffix(path, SCAN_SUFFIXES)
+    for path in args.map:
+        require_suffix(path, WRITERS)
+    if args.map and not args.learn and kind_of(args.input) != "grid":
+        _params(args)
+
+
 def _convert(args):
+    _require_names(args)
     if args.snapshot:
         made = map_of_snapshot(args.input, _params(args))
         _write_maps(args, made.grid(args.cell, args.extent))

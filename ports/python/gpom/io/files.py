@@ -10,9 +10,10 @@ from .. import _core
 from ..grid import FREE, OCCUPIED, UNSURE, Grid
 from ..scan import scan_of_tuple
 from . import arrays, lcm, ros
-from .recording import FileError, ReadOptions, Recording
+from .mcap_files import write_scans_mcap
+from .recording import FileError, ReadOptions, Recording, require_suffix
 
-SNAPSHOT_MAGIC = b"GPOM"
+SCAN_SUFFIXES = (".csv", ".mcap", ".npz")
 
 
 def kind_of(path):
@@ -27,6 +28,8 @@ def kind_of(path):
                 head = packed.read(64)
     except (OSError, EOFError) as error:
         raise FileError(f"{path}: cannot be read: {error}; give the name of a recording") from None
+    if not head:
+        raise FileError(f"{path}: is empty; record again")
     if head.startswith(b"#ROSBAG"):
         return "ros"
     if head.startswith(ros.MCAP_MAGIC):
@@ -65,14 +68,15 @@ def _read_text(path, options):
 
 
 def write_scans(path, scans):
-    """Write scans as CSV (NAME.csv, for all tools) or as arrays (NAME.npz). Sweeps become the
-    nearest scan with evenly spaced beams."""
-    if str(path).endswith(".csv"):
+    """Write scans as CSV (NAME.csv, for all tools), arrays (NAME.npz), or ROS 2 messages
+    (NAME.mcap: /scan and /tf). Sweeps become the nearest scan with evenly spaced beams."""
+    suffix = require_suffix(path, SCAN_SUFFIXES)
+    if suffix == ".csv":
         _core.write_text_scans(str(path), [scan.laser_tuple() for scan in scans])
-    elif str(path).endswith(".npz"):
+    elif suffix == ".npz":
         arrays.save(path, scans)
     else:
-        raise FileError(f"{path}: scans are written to NAME.csv or NAME.npz")
+        write_scans_mcap(path, scans)
 
 
 def read_grid(path, params=None):

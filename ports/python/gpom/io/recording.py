@@ -1,5 +1,7 @@
 """What a reader gives, and what it may be told."""
 import dataclasses
+import os
+import pathlib
 
 from .. import _core
 
@@ -75,6 +77,27 @@ class Recording:
         for cause, n in self.n_dropped.items():
             self.notes.append(f"{topic}: {n} {cause}")
         return self
+
+
+def replace_file(path, write):
+    """Write a file under another name beside it, then rename it: never half a file."""
+    path = pathlib.Path(path)
+    staged = path.with_name(f".{path.name}.tmp{os.getpid()}")
+    try:
+        write(staged)
+        os.replace(staged, path)
+    except OSError as error:
+        raise FileError(f"{path}: cannot write: {error.strerror or error}") from None
+    finally:
+        staged.unlink(missing_ok=True)
+
+
+def require_suffix(path, suffixes):
+    """The suffix of a name, which says what to write. Raises FileError."""
+    suffix = pathlib.Path(path).suffix
+    if suffix not in suffixes:
+        raise FileError(f"{path}: give a name that ends in {', '.join(sorted(suffixes))}")
+    return suffix
 
 
 def choose(path, wanted, found, what, option):

@@ -302,8 +302,12 @@ def read(path, options):
         tf = {row.name for row in rows if row.use == "transforms"}
         wanted = {topic, *tf} | ({pose_topic} if pose_topic else set())
         with _one_line_errors(path, topic):
+            n_left = sum(row.n_messages for row in rows if row.name in wanted)
             for name, kind, message in bag.messages(wanted):
                 drive.take(kind, message, is_static="static" in name)
+                n_left -= 1
+            if n_left > 0:
+                recording.n_dropped["messages of the file's own list that are not in it"] = n_left
     if not drive.scans:
         raise FileError(f"{path}: {topic}: no message of this topic is in the file; record again")
     placing = _Placing(path, drive, options, pose_topic)
