@@ -31,8 +31,8 @@ def peer(tmp_path_factory):
     """peer.c with the static C library in it, by ctypes."""
     path = tmp_path_factory.mktemp("peer") / "peer.so"
     subprocess.run(["cc", "-std=c99", "-shared", "-fPIC", "-O2", f"-I{ROOT}/include",
-                    ROOT / "tests/python/peer.c", BUILD / "libgpom.a", "-lldl", "-lamd", "-lm", "-o",
-                    path], check=True, timeout=100)
+                    ROOT / "tests/python/peer.c", BUILD / "libgpom.a", "-lldl", "-lamd", "-lm",
+                    "-o", path], check=True, timeout=100)
     return ctypes.CDLL(str(path))
 
 

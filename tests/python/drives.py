@@ -92,8 +92,8 @@ def scan_message(drive, i, family):
 
 
 def scan_t():
-    """gpom.scan_t of lcm-gen. Its package has the name of the package under test, so it is loaded by
-    its file."""
+    """gpom.scan_t of lcm-gen. Its package has the name of the package under test, so it is loaded
+    by its file."""
     found = importlib.util.find_spec("bot_core")
     path = pathlib.Path(found.origin).parents[1] / "gpom" / "scan_t.py"
     spec = importlib.util.spec_from_file_location("lcm_gpom_scan_t", path)

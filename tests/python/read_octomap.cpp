@@ -1,5 +1,5 @@
-// Prints what an OctoMap file knows of the cells of a raster at half a cell's height, row by row from
-// the lowest y: 1 occupied, 0 free, -1 unknown.
+// Prints what an OctoMap file knows of the cells of a raster at half a cell's height, row by row
+// from the lowest y: 1 occupied, 0 free, -1 unknown.
 #include <octomap/OcTree.h>
 
 #include <cstdio>

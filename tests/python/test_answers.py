@@ -1,5 +1,5 @@
-"""Answers, parameters and scans of the package are those of the C library and of gpom-query, bit for
-bit; threads may share a map."""
+"""Answers, parameters and scans of the package are those of the C library and of gpom-query, bit
+for bit; threads may share a map."""
 import csv
 import ctypes
 import pathlib

@@ -1,4 +1,4 @@
-"""learn() and evaluate() are gpom-learn and gpom-eval; gpom-convert goes from gpomd to parameters."""
+"""learn() and evaluate() are gpom-learn and gpom-eval; gpom-convert learns from a log of gpomd."""
 import json
 import re
 

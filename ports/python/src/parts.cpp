@@ -114,7 +114,7 @@ nb::object scan_tuples(const std::vector<gpom_tools::Scan> &scans)
 
 void add_errors(nb::module_ &module)
 {
-    static nb::object error, file_error; // exceptions are made long after this call
+    static nb::handle error, file_error; // the module keeps both for as long as it lives
     const nb::object builtins = nb::module_::import_("builtins");
     const auto make = [&](const char *name, const nb::object &base, const char *doc) {
         nb::dict body;
@@ -122,11 +122,11 @@ void add_errors(nb::module_ &module)
         body["__module__"] = "gpom";
         nb::object type = builtins.attr("type")(name, nb::make_tuple(base), body);
         module.attr(name) = type;
-        return type;
+        return type.release();
     };
     error = make("Error", builtins.attr("RuntimeError"),
                  "A status of the library, with its text. `status` is the number in C.");
-    file_error = make("FileError", error,
+    file_error = make("FileError", nb::borrow(error),
                       "An error in a file: one line that names file, line and what to do.");
     nb::register_exception_translator([](const std::exception_ptr &thrown, void *) {
         try {

@@ -111,7 +111,8 @@ def _write_maps(args, grid):
 
 
 def _learn(args, scans):
-    params, report = learn(scans, kernel=args.kernel, model=args.model, fix=args.fix, n_points=args.points,
+    params, report = learn(scans, kernel=args.kernel, model=args.model, fix=args.fix,
+                           n_points=args.points,
                            command=f"gpom-convert {pathlib.Path(args.input).name} --learn")
     for warning in report["warnings"]:
         print(f"gpom-convert: warning: {warning}", file=sys.stderr)

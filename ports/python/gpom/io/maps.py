@@ -73,8 +73,8 @@ def write_octomap(path, grid):
             raise FileError(f"{path}: {name} = {corner_m:g} is no whole multiple of cell_m = "
                             f"{grid.cell_m:g}, as OctoMap's cells need; make the grid with "
                             "Map.grid()")
-    replace_file(path, lambda staged: _core.write_octomap(str(staged), grid.cls, grid.x0_m, grid.y0_m,
-                                                      grid.cell_m))
+    replace_file(path, lambda staged: _core.write_octomap(
+        str(staged), grid.cls, grid.x0_m, grid.y0_m, grid.cell_m))
 
 
 def write_npz(path, grid):
