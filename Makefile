@@ -134,5 +134,6 @@ include tools/make/dev.mk
 include tools/make/figures.mk
 include tools/make/params.mk
 include tools/make/examples.mk
+include tools/make/python.mk
 include tools/make/docs.mk
 PARTS := $(filter Makefile %.mk,$(MAKEFILE_LIST))

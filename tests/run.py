@@ -5,7 +5,7 @@ usage: tests/run.py [--summary FILE.json] SUITE...
 
 Suites: unit codec c99 headers symbols linux unit-sanitize codec-sanitize tools make unit-campaign
 tools-campaign linux-campaign tools-sanitize linux-sanitize tsan processors can firmware install
-docs instructions fuzz lint; `base` is the first ten, `extra` the rest.
+python docs instructions fuzz lint; `base` is the first ten, `extra` the rest.
 Called by make, which builds what they need first. A failure is printed with its output, a skip with
 its reason. Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
@@ -37,7 +37,8 @@ TIMEOUT_S = 3600  # a whole suite on a slow machine; its tests have shorter ones
 BASE = ["unit", "codec", "c99", "headers", "symbols", "linux", "unit-sanitize", "codec-sanitize",
         "tools", "make"]
 EXTRA = ["unit-campaign", "tools-campaign", "linux-campaign", "tools-sanitize", "linux-sanitize",
-         "tsan", "processors", "can", "firmware", "install", "docs", "instructions", "fuzz",
+         "tsan", "processors", "can", "firmware", "install", "python",
+         "docs", "instructions", "fuzz",
          "lint"]
 BASE_JOBS = 2  # suites of `base` side by side: the daemon's tests mostly wait
 FUZZ_SEED = 1
@@ -356,6 +357,7 @@ SUITES = {
     "processors": run_processors,
     "firmware": run_firmware,
     "install": lambda results: run_pytest(results, "install", "tests/install"),
+    "python": lambda results: run_pytest(results, "python", "tests/python"),
     "docs": lambda results: run_pytest(results, "docs", "tests/docs"),
     "instructions": run_instructions,
     "fuzz": run_fuzz,

@@ -2,17 +2,11 @@
 #include "ports/host/command_line.hpp"
 #include "ports/host/params_toml.hpp"
 #include "ports/host/scan_options.hpp"
-#include "tools/eval/neighbour_check.hpp"
-#include "tools/eval/report.hpp"
-#include "tools/eval/rivals.hpp"
-#include "tools/eval/trial.hpp"
-#include "tools/map/host_map.hpp"
+#include "tools/eval/evaluate.hpp"
 #include "tools/map/raster_csv.hpp"
 
+#include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <optional>
 
 namespace
 {
@@ -43,71 +37,12 @@ struct View {
                               ///< view, or its own if they are finer.
 };
 
-/// All results, and notes on what was left out and why.
-struct Outcome {
-    std::vector<MethodResult> methods;
-    nlohmann::ordered_json grids; ///< The cell sizes chosen for the log-odds grids.
-    double prior_variance = 0.0;  ///< Prior variance of the first method's map.
-    std::vector<NeighbourRow> neighbours;
-    std::vector<std::string> notes;
-};
-
 /// The raster of the pictures: at most 400 x 300 cells over the area.
 gpom_raster_t picture_raster(const Trial &trial, double cell_min_m)
 {
     const double cell_m = std::max({(trial.high.x_m - trial.low.x_m) / kPictureColumns,
                                     (trial.high.y_m - trial.low.y_m) / kPictureRows, cell_min_m});
     return raster_over(trial.low, trial.high, cell_m, 0.0);
-}
-
-/// A map with its origin in the middle of the drive. In the map frame the resolution falls with the
-/// distance from the origin, so this choice favours the paper's map. In the query frame the origin
-/// does not matter.
-HostMap map_of(const Trial &trial, const gpom_params_t &params)
-{
-    HostMap map(params, beam_count(trial.scans), middle_of(trial.scans));
-    map.insert(trial.scans);
-    return map;
-}
-
-MethodResult gp_result(const std::string &key, const std::string &label, const Trial &trial,
-                       const HostMap &map)
-{
-    MethodResult method;
-    method.key = key;
-    method.label = label;
-    for (const gpom_answer_t &answer : map.query(places_of(trial.test))) {
-        method.probabilities.push_back(double{answer.probability});
-    }
-    return judged(std::move(method), trial.test);
-}
-
-/// Path of the paper's parameters: the option if given, otherwise NAME_paper.toml beside NAME.toml,
-/// otherwise empty.
-std::string map_frame_path(const EvalOptions &options)
-{
-    if (!options.map_frame_path.empty()) {
-        return options.map_frame_path;
-    }
-    std::filesystem::path beside = options.params_path;
-    beside.replace_filename(beside.stem().string() + "_paper.toml");
-    return std::filesystem::exists(beside) ? beside.string() : "";
-}
-
-gpom_params_t read_map_frame_params(const std::string &path)
-{
-    const gpom_params_t params = read_params(path);
-    if (params.kernel != GPOM_KERNEL_NN || params.frame != GPOM_FRAME_MAP) {
-        throw FileError(path, 0,
-                        "is for the paper's map; it needs kernel = \"nn\", frame = \"map\"");
-    }
-    return params;
-}
-
-std::string text_of(const std::string &path)
-{
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 void print_summary(const EvalOptions &options, const Trial &trial, const Outcome &outcome)
@@ -129,40 +64,6 @@ void print_summary(const EvalOptions &options, const Trial &trial, const Outcome
     if (!outcome.neighbours.empty()) {
         std::printf("%s", neighbour_table(outcome.neighbours).c_str());
     }
-}
-
-nlohmann::ordered_json eval_json(const EvalOptions &options, const Trial &trial,
-                                 const Outcome &outcome)
-{
-    nlohmann::ordered_json json;
-    json["mode"] = trial.mode;
-    json["command"] = options.command;
-    json["scans_file"] = options.scans_path;
-    json["seed"] = options.seed;
-    json["scans"] = trial.scans.size();
-    json["beams"] = trial.beams.size();
-    json["prior_variance"] = outcome.prior_variance;
-    json.update(outcome.grids);
-    if (trial.truth) {
-        json["truth_file"] = options.truth_path;
-    } else {
-        json["split"] = options.split;
-        json["fraction"] = options.fraction;
-        json["range_max_m"] = options.reading.range_max_m;
-        json["beam_width_deg"] = options.beam_width_deg;
-        json["after_m"] = options.after_m;
-    }
-    json["params"] = {{"file", options.params_path}, {"text", text_of(options.params_path)}};
-    const std::string map_frame = map_frame_path(options);
-    if (!map_frame.empty()) {
-        json["map_frame_params"] = {{"file", map_frame}, {"text", text_of(map_frame)}};
-    }
-    json.update(report_json(outcome.methods));
-    if (!outcome.neighbours.empty()) {
-        json["neighbours"] = neighbour_json(outcome.neighbours);
-    }
-    json["left_out"] = outcome.notes;
-    return json;
 }
 
 std::string hits_csv(const Trial &trial)
@@ -267,58 +168,15 @@ std::vector<FileContent> folder_files(const EvalOptions &options, const Trial &t
     return files;
 }
 
-void add_rivals(const EvalOptions &options, const Trial &trial, Outcome &outcome)
+void evaluate_to_files(const EvalOptions &options, const Trial &trial)
 {
-    if (options.rivals) {
-        outcome.methods.push_back(judged_strong_grid(trial));
-        outcome.methods.push_back(judged_octomap(trial));
-    }
-    if (!options.exact_gp) {
-        return;
-    }
-    if (std::optional<MethodResult> exact = judged_exact_gp(trial)) {
-        outcome.methods.push_back(std::move(*exact));
-    } else {
-        outcome.notes.push_back("exact GP: scikit-learn is not installed; run "
-                                "tools/setup results");
-    }
-}
-
-void evaluate(const EvalOptions &options, const Trial &trial)
-{
-    Outcome outcome;
-    const std::string map_frame = map_frame_path(options);
-    const gpom_params_t params = read_params(options.params_path);
-    require_neighbours(options, params);
-    const HostMap map = map_of(trial, params);
-    outcome.prior_variance = double{gpom_params_prior_variance(&params)};
-    outcome.methods.push_back(gp_result("gp_query", "GP, query frame", trial, map));
-    if (!map_frame.empty()) {
-        const HostMap paper = map_of(trial, read_map_frame_params(map_frame));
-        outcome.methods.push_back(
-            gp_result("gp_map", "GP, map frame (as the paper)", trial, paper));
-    } else {
-        outcome.notes.push_back("GP in the map frame: no NAME_paper.toml beside " +
-                                options.params_path + " and no --map-frame-params");
-    }
-    for (const std::string &path : options.also_paths) {
-        const std::string name = std::filesystem::path(path).stem().string();
-        const HostMap also = map_of(trial, read_params(path));
-        outcome.methods.push_back(gp_result("gp_" + name, "GP, " + name, trial, also));
-    }
-    const LogOddsGrids grids = chosen_grids(options, trial);
-    outcome.grids = grid_constants(grids);
-    outcome.methods.push_back(grids.thin.result);
-    outcome.methods.push_back(grids.wide.result);
-    add_rivals(options, trial, outcome);
-    if (!options.neighbours.empty()) {
-        outcome.neighbours = check_neighbours(options, trial, params);
-    }
+    const Outcome outcome = evaluate(options, trial);
     std::vector<FileContent> files;
     if (!options.out_path.empty()) {
-        files = folder_files(options, trial, pictures_of(trial, map, grids), outcome);
+        const HostMap map = map_of(trial, read_params(options.params_path));
+        files = folder_files(options, trial, pictures_of(trial, map, *outcome.log_odds), outcome);
         if (!trial.truth) {
-            add_views(options, trial, map, grids, files);
+            add_views(options, trial, map, *outcome.log_odds, files);
         }
     }
     if (!options.json_path.empty()) {
@@ -434,6 +292,7 @@ int main(int argc, char **argv)
     log.command = street.command;
     return run_tool(app, argc, argv, [&] {
         const EvalOptions &options = street_mode->parsed() ? street : log;
-        evaluate(options, street_mode->parsed() ? street_trial(options) : log_trial(options));
+        evaluate_to_files(options,
+                          street_mode->parsed() ? street_trial(options) : log_trial(options));
     });
 }

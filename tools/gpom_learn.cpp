@@ -1,17 +1,12 @@
 // gpom-learn: learns hyperparameters from scans.
 #include "ports/host/command_line.hpp"
-#include "ports/host/params_toml.hpp"
-#include "ports/host/progress.hpp"
 #include "ports/host/scan_options.hpp"
-#include "tools/learn/lml.hpp"
-#include "tools/learn/report.hpp"
+#include "tools/learn/learn.hpp"
 #include "tools/map/map_options.hpp"
 #include "tools/params_tool/writer.hpp"
 
-#include <algorithm>
 #include <cstdint>
-#include <filesystem>
-#include <optional>
+#include <cstdio>
 #include <stdexcept>
 
 using namespace gpom_tools;
@@ -19,37 +14,11 @@ using namespace gpom_tools;
 namespace
 {
 
-constexpr std::size_t kLogPlaces = 3000;
-constexpr std::size_t kLivePlaces = 6000;
-constexpr std::size_t kStreetPlaces = 1500;
-constexpr std::size_t kHeldOutPlaces = 4000;
-
-struct Options {
-    std::vector<std::string> scans_paths, truth_paths;
-    std::string out_path, header_path, record_path, command;
-    std::string kernel = "all";
-    std::string method = "lobo";
-    std::string fixed;
-    std::optional<std::string> model; ///< Absent: full. With --method lml: paper.
-    std::uint64_t seed = 0;
-    std::optional<double> fraction; ///< Absent: a live map of a log, or all beams of a street.
-    double free_weight = 1.0;
-    std::optional<std::uint64_t> training_of;
-    LiveConfig live;
+/// What the command line adds to the options of learning.
+struct Options : LearnOptions {
+    std::string out_path, header_path, record_path;
     std::vector<CLI::Option *> live_options;
-    std::optional<std::size_t> n_points;
-    ReadOptions reading;
-    double first_m = 0.0;
-    double ell_max_m = 12.0;
-    int n_hits = 8;
-    int n_free = 8;
-    bool composite = false;
 };
-
-bool is_street(const Options &options) { return !options.truth_paths.empty(); }
-
-/// True if the parameters are for a live map of a log. That is the case unless --fraction is given.
-bool is_live(const Options &options) { return !is_street(options) && !options.fraction; }
 
 void declare_data(CLI::App &app, Options &options)
 {
@@ -141,171 +110,6 @@ void declare_options(CLI::App &app, Options &options)
                  "With --method lml: use local neighbourhoods instead of one subset");
 }
 
-std::vector<gpom_kernel_t> kernels_of(const std::string &name)
-{
-    std::vector<gpom_kernel_t> kernels;
-    for (const gpom_kernel_t kernel : {GPOM_KERNEL_NN, GPOM_KERNEL_MATERN12, GPOM_KERNEL_MATERN32,
-                                       GPOM_KERNEL_SE, GPOM_KERNEL_ASKEY}) {
-        if (name == "all" || name == kernel_name(kernel)) {
-            kernels.push_back(kernel);
-        }
-    }
-    if (kernels.empty()) {
-        throw std::runtime_error("--kernel: '" + name +
-                                 "' is not one of nn, matern12, matern32, se, askey, all");
-    }
-    return kernels;
-}
-
-std::vector<LearnSource> sources_of(const Options &options)
-{
-    const bool street = !options.truth_paths.empty();
-    if (street && options.truth_paths.size() != options.scans_paths.size()) {
-        throw std::runtime_error("--truth: " + std::to_string(options.truth_paths.size()) +
-                                 " files for " + std::to_string(options.scans_paths.size()) +
-                                 " of --scans; give one for each");
-    }
-    std::vector<LearnSource> sources;
-    for (std::size_t i = 0; i < options.scans_paths.size(); ++i) {
-        sources.push_back({options.scans_paths[i], street ? options.truth_paths[i] : ""});
-    }
-    return sources;
-}
-
-DataOptions data_options(const Options &options)
-{
-    const std::size_t n_default = is_street(options) ? kStreetPlaces
-                                  : is_live(options) ? kLivePlaces
-                                                     : kLogPlaces;
-    const bool lml = options.method == "lml";
-    DataOptions data;
-    data.reading = options.reading;
-    data.first_m = options.first_m;
-    data.fraction = options.fraction.value_or(1.0);
-    data.n_places = lml ? n_default : options.n_points.value_or(n_default);
-    data.n_held_out = kHeldOutPlaces;
-    data.seed = options.seed;
-    data.live = options.live;
-    data.gap_m = parse_fixed(options.fixed).gap_m.value_or(data.gap_m);
-    data.training_of = options.training_of;
-    return data;
-}
-
-FitOptions fit_options(const Options &options)
-{
-    if (options.n_hits + options.n_free > static_cast<int>(GPOM_POINTS_MAX)) {
-        throw std::runtime_error("--hits, --free: together at most 64");
-    }
-    const bool lml = options.method == "lml";
-    const std::string model = options.model.value_or(lml ? "paper" : "full");
-    if (lml && model != "paper") {
-        throw std::runtime_error("--model: with --method lml it can only be paper");
-    }
-    if (lml && !options.fixed.empty()) {
-        throw std::runtime_error("--fix: not with --method lml");
-    }
-    return {parse_ingredients(model), parse_fixed(options.fixed),
-            options.ell_max_m,        options.n_hits,
-            options.n_free,           0,
-            is_live(options),         options.free_weight};
-}
-
-LmlOptions lml_options(const Options &options)
-{
-    LmlOptions lml;
-    lml.composite = options.composite;
-    lml.n_points = options.n_points.value_or(lml.n_points);
-    lml.seed = options.seed;
-    if (options.method == "lml" && lml.n_points > kLmlPointsMax) {
-        throw std::runtime_error("--points: at most 1000 with --method lml");
-    }
-    return lml;
-}
-
-/// The options after checking, so that errors are reported before long files are read.
-struct Plan {
-    std::vector<LearnSource> sources;
-    DataOptions data;
-    std::vector<gpom_kernel_t> kernels;
-    FitOptions fitting;
-    LmlOptions lml;
-    bool by_lml, is_live;
-};
-
-Plan plan_of(const Options &options)
-{
-    const bool lml = options.method == "lml";
-    if (lml && is_live(options)) {
-        throw std::runtime_error(
-            "--method lml learns only for a map that keeps all of its beams; give "
-            "--fraction, 0.04 for one beam in 25");
-    }
-    for (const CLI::Option *option : options.live_options) {
-        if (option->count() > 0 && !is_live(options)) {
-            throw std::runtime_error(option->get_name() + ": only for live maps; not with " +
-                                     (is_street(options) ? "--truth" : "--fraction"));
-        }
-    }
-    return {sources_of(options),  data_options(options), kernels_of(options.kernel),
-            fit_options(options), lml_options(options),  lml,
-            is_live(options)};
-}
-
-LearnData data_of(const Plan &plan)
-{
-    const bool street = !plan.sources.front().truth_path.empty();
-    if (plan.is_live) {
-        return live_data(plan.sources, plan.data);
-    }
-    return street ? street_data(plan.sources, plan.data) : log_data(plan.sources, plan.data);
-}
-
-std::vector<JudgedFit> fits_of(const Plan &plan, const LearnData &data)
-{
-    Progress progress("learning");
-    std::vector<JudgedFit> fits;
-    for (const gpom_kernel_t kernel : plan.kernels) {
-        const Advance advance = [&](double share) {
-            const double done = 1000.0 * (static_cast<double>(fits.size()) + share);
-            progress.update(static_cast<std::size_t>(done), 1000 * plan.kernels.size());
-        };
-        Fit fit = plan.by_lml ? fit_lml(kernel, data, plan.fitting, plan.lml, advance)
-                              : fit_kernel(kernel, data, plan.fitting, advance);
-        fit.params = fit_far(fit.params, data, plan.fitting);
-        Metrics held_out = measure(predictions_of(fit.params, data.worlds, data.held_out, 0));
-        fits.push_back({std::move(fit), std::move(held_out)});
-    }
-    return fits;
-}
-
-/// One sentence that says which maps the parameters fit. Other maps need parameters of their own.
-std::string map_learnt_for(const Options &options)
-{
-    char text[160];
-    if (is_live(options)) {
-        std::snprintf(
-            text, sizeof text,
-            "For live maps of all beams, keep_m = %g, clear_scans = %u, at most %u beams.",
-            double{options.live.keep_m}, options.live.clear_scans, options.live.beam_max);
-    } else {
-        std::snprintf(text, sizeof text, "For maps that keep all of their beams, %g %% of these.",
-                      100.0 * options.fraction.value_or(1.0));
-    }
-    return text;
-}
-
-std::string how_learnt(const Options &options, const LearnData &data)
-{
-    if (options.method == "lml") {
-        return std::string("Log marginal likelihood of ") +
-               (options.composite ? "local neighbourhoods" : "a random subset") +
-               ", then alpha and beta by leave-one-out.";
-    }
-    return (is_street(options) ? "Against ground truth: " : "Whole beams left out: ") +
-           std::to_string(data.learning.size()) + " places of " +
-           std::to_string(data.worlds.size()) + " files.\n" + map_learnt_for(options);
-}
-
 /// The files to write, all with the same parameters.
 std::vector<FileContent> files_of(const Options &options, const LearntParams &params,
                                   const std::string &comment)
@@ -321,28 +125,29 @@ std::vector<FileContent> files_of(const Options &options, const LearntParams &pa
     return files;
 }
 
-void learn(const Options &options)
+void require_live_options_fit(const Options &options)
 {
-    const Plan plan = plan_of(options);
-    const LearnData data = data_of(plan);
-    const std::vector<JudgedFit> fits = fits_of(plan, data);
-    const auto best =
-        std::min_element(fits.begin(), fits.end(), [](const JudgedFit &a, const JudgedFit &b) {
-            return a.held_out.nll < b.held_out.nll;
-        });
-    const LearntParams &params = best->fit.params;
-    std::string comment =
-        params_comment(*best, options.command, how_learnt(options, data), data.how_held_out);
-    for (const std::string &warning : edge_warnings(params, plan.fitting)) {
-        std::fprintf(stderr, "gpom-learn: warning: %s\n", warning.c_str());
-        comment += "Warning: " + warning + ".\n";
+    for (const CLI::Option *option : options.live_options) {
+        if (option->count() > 0 && !is_live(options)) {
+            throw std::runtime_error(option->get_name() + ": only for live maps; not with " +
+                                     (is_street(options) ? "--truth" : "--fraction"));
+        }
     }
-    const std::vector<FileContent> files = files_of(options, params, comment);
+}
+
+void learn_to_files(const Options &options)
+{
+    (void)plan_of(options); // what is wrong with other options is told first
+    require_live_options_fit(options);
+    const LearnOutcome outcome = learn(options);
+    for (const std::string &warning : outcome.warnings) {
+        std::fprintf(stderr, "gpom-learn: warning: %s\n", warning.c_str());
+    }
+    const std::vector<FileContent> files = files_of(options, outcome.params(), outcome.comment);
     replace_files(files);
-    std::printf("%s\n%s\nHeld out: %s.\n%s\n\n%s", attempts_table(fits).c_str(),
-                figures_table(fits, static_cast<std::size_t>(best - fits.begin())).c_str(),
-                data.how_held_out.c_str(), map_learnt_for(options).c_str(),
-                files.front().bytes.c_str());
+    std::printf("%s\n%s\nHeld out: %s.\n%s\n\n%s", attempts_table(outcome.fits).c_str(),
+                figures_table(outcome.fits, outcome.i_best).c_str(), outcome.how_held_out.c_str(),
+                map_learnt_for(options).c_str(), files.front().bytes.c_str());
 }
 
 /// The command line without the folders of its files, so that it is the same wherever it was run.
@@ -366,5 +171,5 @@ int main(int argc, char **argv)
     Options options;
     options.command = command_of(argc, argv);
     declare_options(app, options);
-    return run_tool(app, argc, argv, [&options] { learn(options); });
+    return run_tool(app, argc, argv, [&options] { learn_to_files(options); });
 }

@@ -24,6 +24,8 @@ NOT_RUN = {
     "make demo-firmware": "takes over a minute; tests/firmware run the same image",
     "make install PREFIX=/usr/local": "writes there; tests/install install elsewhere",
     "make install CROSS=aarch64": "builds all again for another processor: over a minute",
+    "tools/setup base": "needs the network",
+    "pip install .": "into the reader's Python; tests/python install in clean environments",
     "sudo ip": "needs root; this test has a network of its own",
 }
 
@@ -77,7 +79,8 @@ def write_drive(folder):
 
 
 # What a page takes for given.
-GIVEN = {"README.md": write_program, "docs/questions.md": write_drive}
+GIVEN = {"README.md": write_program, "docs/questions.md": write_drive,
+         "docs/python.md": write_drive}
 
 
 @pytest.fixture(scope="session", name="site")
@@ -165,7 +168,7 @@ def test_commands_run(page, tmp_path):
     own_network = ["unshare", "-n"] if os.getuid() == 0 else ["unshare", "-rn"]
     if subprocess.run([*own_network, "true"], check=False).returncode != 0:
         pytest.skip("unshare -n is not permitted: no network of its own")
-    subprocess.run(["make", "tools", "gpomd", "lib", "examples"], cwd=ROOT, check=True,
+    subprocess.run(["make", "tools", "gpomd", "lib", "examples", "python-package"], cwd=ROOT, check=True,
                    stdout=subprocess.DEVNULL, timeout=TIMEOUT_S)
     GIVEN.get(page, lambda folder: None)(user_folder(tmp_path))
     script = (f"{NETWORK}\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n"

@@ -35,7 +35,7 @@ HOST_SIDE = {"ports/cortex_m/icount_plugin.c", "ports/template/host_test.c",
              "ports/linux/config/can_config.cpp",
              "ports/linux/config/config.cpp", "ports/linux/gpomd.cpp",
              "ports/linux/config/words.cpp", "ports/linux/config/words.hpp"}
-HOST_FOLDER = "ports/host/"
+HOST_FOLDERS = ("ports/host/", "ports/python/")
 
 PUBLIC_SYSTEM_HEADERS = {"stddef.h", "stdint.h", "stdbool.h", "limits.h", "float.h"}
 CORE_SYSTEM_HEADERS = PUBLIC_SYSTEM_HEADERS | {
@@ -115,6 +115,8 @@ def allowed_include(path, name, is_quoted):
         if is_quoted:
             return name.startswith(("gpom/", "src/"))
         return name.startswith(("Eigen/", "suitesparse/")) or name in CORE_SYSTEM_HEADERS
+    if path.startswith("ports/python/"): # the tools in Python
+        return not name.startswith("src/")
     if path.startswith("ports/"): # one way: never into src/ or tools/
         return not name.startswith(("src/", "tools/"))
     return True
@@ -130,7 +132,7 @@ def include_faults(path, lines):
 
 
 def call_faults(path, code_lines):
-    is_host_side = path in HOST_SIDE or path.startswith(HOST_FOLDER)
+    is_host_side = path in HOST_SIDE or path.startswith(HOST_FOLDERS)
     if path.split("/")[0] not in ("include", "src", "ports") or is_host_side:
         return
     for number, line in enumerate(code_lines, 1):

@@ -41,10 +41,20 @@ LogSplit split_of(const EvalOptions &options, const std::vector<Scan> &scans)
 
 Trial street_trial(const EvalOptions &options)
 {
+    return street_trial(options, read_scans(options.scans_path, options.reading));
+}
+
+Trial log_trial(const EvalOptions &options)
+{
+    return log_trial(options, read_log(options.scans_path, options.reading));
+}
+
+Trial street_trial(const EvalOptions &options, std::vector<Scan> scans)
+{
     Trial trial;
     trial.mode = "street";
     trial.truth = read_truth(options.truth_path);
-    trial.scans = read_scans(options.scans_path, options.reading);
+    trial.scans = std::move(scans);
     trial.beams = beams_of(trial.scans, kHalfSpacing);
     trial.test.points = street_points(*trial.truth, options.n_points, options.seed);
     for (const TestPoint &point : trial.test.points) {
@@ -57,13 +67,12 @@ Trial street_trial(const EvalOptions &options)
     return trial;
 }
 
-Trial log_trial(const EvalOptions &options)
+Trial log_trial(const EvalOptions &options, std::vector<Scan> scans)
 {
     Trial trial;
     trial.mode = "log";
-    const std::vector<Scan> scans = after_metres(
-        evenly_taken(read_log(options.scans_path, options.reading), kLogScansMax), options.after_m);
-    LogSplit split = split_of(options, scans);
+    LogSplit split = split_of(
+        options, after_metres(evenly_taken(std::move(scans), kLogScansMax), options.after_m));
     const double half_width_rad = 0.5 * options.beam_width_deg * kPi / 180.0;
     trial.beams = beams_of(split.training, half_width_rad);
     trial.other_beams = beams_of(split.others, half_width_rad);

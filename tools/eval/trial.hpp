@@ -51,6 +51,10 @@ struct Trial {
 Trial street_trial(const EvalOptions &options);
 Trial log_trial(const EvalOptions &options);
 
+/// The same with scans in memory instead of those of options.scans_path.
+Trial street_trial(const EvalOptions &options, std::vector<Scan> scans);
+Trial log_trial(const EvalOptions &options, std::vector<Scan> scans);
+
 } // namespace gpom_tools
 
 #endif

@@ -41,7 +41,8 @@ LearnBeam beam_of(const Scan &scan, std::size_t i_scan, std::size_t i_beam)
 /// Read the part of a log that is used for learning.
 std::vector<Scan> read_source(const LearnSource &source, const DataOptions &options)
 {
-    std::vector<Scan> scans = read_log(source.scans_path, options.reading);
+    std::vector<Scan> scans =
+        source.scans.empty() ? read_log(source.scans_path, options.reading) : source.scans;
     return options.training_of ? split_log(scans, kTrainingShareMax, *options.training_of).training
                                : scans;
 }
@@ -52,7 +53,8 @@ std::vector<Scan> scans_of(const LearnSource &source, const DataOptions &options
 {
     const bool is_log = source.truth_path.empty();
     return first_metres(is_log ? evenly_taken(read_source(source, options), kLogScansMax)
-                               : read_scans(source.scans_path, options.reading),
+                        : source.scans.empty() ? read_scans(source.scans_path, options.reading)
+                                               : source.scans,
                         options.first_m);
 }
 

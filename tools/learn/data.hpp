@@ -16,7 +16,8 @@ namespace gpom_tools
 
 struct LearnSource {
     std::string scans_path;
-    std::string truth_path; ///< Empty: the places lie on the beams themselves.
+    std::string truth_path;       ///< Empty: the places lie on the beams themselves.
+    std::vector<Scan> scans = {}; ///< In place of a file, if there are any; the path is their name.
 };
 
 struct DataOptions {

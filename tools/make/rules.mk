@@ -35,9 +35,10 @@ endef
 COMPILER := build/setup/base \
     $(if $(CROSS),build/setup/$(if $(filter 1,$(BARE)),firmware,processors))
 
-build/setup/results build/setup/can: build/setup/python
+build/setup/results build/setup/can build/setup/package: build/setup/python
+build/setup/package: build/setup/base
 build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt \
-    tools/requirements-can.txt
+    tools/requirements-can.txt tools/requirements-package.txt
 	$(Q)tools/setup $*
 
 # Objects are made again when a flag changes, not only when a file does.
