@@ -5,6 +5,7 @@
  *  - query.h: get answers at any point.
  *  - lowres.h: rasters for planners.
  *  - path.h: paths, and places to explore, for planners.
+ *  - sectors.h: how far all is free about a pose.
  *  - map.h: the map itself, in memory of the caller.
  *  - live.h: keep a map up to date in slices of work.
  *  - params.h: hyperparameters.
@@ -20,6 +21,7 @@
 #include "gpom/path.h"
 #include "gpom/query.h"
 #include "gpom/scan.h"
+#include "gpom/sectors.h"
 #include "gpom/snapshot.h"
 #include "gpom/status.h"
 
