@@ -5,6 +5,7 @@
  *  - query.h: get answers at any point.
  *  - lowres.h: rasters for planners.
  *  - path.h: paths, and places to explore, for planners.
+ *  - distances.h: distances to obstacles, with gradients.
  *  - sectors.h: how far all is free about a pose.
  *  - map.h: the map itself, in memory of the caller.
  *  - live.h: keep a map up to date in slices of work.
@@ -14,6 +15,7 @@
 #ifndef GPOM_GPOM_H
 #define GPOM_GPOM_H
 
+#include "gpom/distances.h"
 #include "gpom/live.h"
 #include "gpom/lowres.h"
 #include "gpom/map.h"
