@@ -5,6 +5,8 @@
  *  - query.h: get answers at any point.
  *  - lowres.h: rasters for planners.
  *  - path.h: paths, and places to explore, for planners.
+ *  - distances.h: distances to obstacles, with gradients.
+ *  - sectors.h: how far all is free about a pose.
  *  - map.h: the map itself, in memory of the caller.
  *  - live.h: keep a map up to date in slices of work.
  *  - exchange.h: beams leave a map and enter another one.
@@ -15,6 +17,7 @@
 #ifndef GPOM_GPOM_H
 #define GPOM_GPOM_H
 
+#include "gpom/distances.h"
 #include "gpom/exchange.h"
 #include "gpom/live.h"
 #include "gpom/lowres.h"
@@ -24,6 +27,7 @@
 #include "gpom/query.h"
 #include "gpom/repose.h"
 #include "gpom/scan.h"
+#include "gpom/sectors.h"
 #include "gpom/snapshot.h"
 #include "gpom/status.h"
 

@@ -2,9 +2,9 @@
  *  A map: beams and their index, inside memory that the caller hands over once.
  *
  *  Threads: any number of queries may run at once on one map. While a call with a non-const map
- *  runs, no other call may run on this map, except gpom_lowres_copy() and gpom_lowres_info(): these
- *  may run in any thread at any time (lowres.h). Different maps are independent, because the
- *  library has no global state. */
+ *  runs, no other call may run on this map, except gpom_lowres_copy(), gpom_lowres_info() and
+ *  gpom_sectors(): these may run in any thread at any time (lowres.h). Different maps are
+ *  independent, because the library has no global state. */
 #ifndef GPOM_MAP_H
 #define GPOM_MAP_H
 

@@ -121,6 +121,20 @@ void check_plausible(const Copy &copy)
     }
 }
 
+/// Sectors, too, are read beside the mapping thread.
+void look_about(const gpom_map_t *map)
+{
+    const gpom_lookout_t lookout = {1.0, 2.0, 0.5, 20.0f, 0.5f};
+    gpom_sector_t sectors[16];
+    const gpom_status_t status = gpom_sectors(map, &lookout, sectors, 16, nullptr);
+    expect(status == GPOM_OK || status == GPOM_ERR_REACH || status == GPOM_ERR_BUSY,
+           "sectors are read, or it is busy");
+    for (const gpom_sector_t &sector : sectors) {
+        expect(status == GPOM_ERR_BUSY || sector.distance_m <= 20.0f,
+               "no sector exceeds the range");
+    }
+}
+
 int read_along(const gpom_map_t *map, std::uint32_t layer)
 {
     int n_copies = 0;
@@ -128,6 +142,7 @@ int read_along(const gpom_map_t *map, std::uint32_t layer)
     Copy copy;
     while (!is_done) {
         take(copy, map, layer);
+        look_about(map);
         if (copy.is_taken) {
             ++n_copies;
             check_plausible(copy);

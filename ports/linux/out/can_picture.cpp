@@ -59,12 +59,40 @@ std::uint32_t milliseconds(std::int64_t stamp_us)
     return static_cast<std::uint32_t>((stamp_us / 1000) & 0xFFFFFFFF);
 }
 
+/// Code of a sector's distance for GPOM_Clearance. gpom_sectors() has rounded the distance down.
+std::uint8_t distance_code(const gpom_sector_t &sector)
+{
+    return static_cast<std::uint8_t>(
+        (sector.flags & GPOM_SECTOR_UNKNOWN) != 0 ? GPOM_CAN_DISTANCE_UNKNOWN
+        : sector.cls == GPOM_FREE                 ? GPOM_CAN_DISTANCE_CLEAR
+                                                  : gpom_can_distance_code(sector.distance_m));
+}
+
+std::uint8_t probability_code(const gpom_sector_t &sector)
+{
+    return sector.cls == GPOM_UNKNOWN ? static_cast<std::uint8_t>(GPOM_CAN_LEVEL_UNKNOWN)
+                                      : gpom_can_probability_code(sector.probability);
+}
+
+std::uint8_t deviation_code(const gpom_sector_t &sector)
+{
+    return sector.cls == GPOM_UNKNOWN
+               ? static_cast<std::uint8_t>(GPOM_CAN_LEVEL_UNKNOWN)
+               : gpom_can_deviation_code(sector.variance, GPOM_CAN_LEVEL_MAX);
+}
+
+/// Number of cells that are copied. Only tiles need the cells themselves.
+std::size_t copied_cells(const Config &config)
+{
+    const bool has_tiles = config.can.interface[0] != '\0' && config.can.tile.period_us > 0;
+    return has_tiles ? std::size_t{config.map.lowres_nx} * config.map.lowres_ny : 0;
+}
+
 } // namespace
 
 std::size_t CanPicture::need(const Config &config)
 {
-    const std::size_t n = std::size_t{config.map.lowres_nx} * config.map.lowres_ny;
-    return config.can.interface[0] != '\0' ? Memory::need<gpom_cell_t>(n) : 0;
+    return Memory::need<gpom_cell_t>(copied_cells(config));
 }
 
 void CanPicture::init(const Config &config, Memory &memory, const PictureLinks &links)
@@ -72,10 +100,8 @@ void CanPicture::init(const Config &config, Memory &memory, const PictureLinks &
     static_assert(sizeof kCauses / sizeof *kCauses == kFaults, "a list for each bit");
     config_ = &config;
     links_ = links;
-    if (config.can.interface[0] != '\0') {
-        n_cells_ = std::size_t{config.map.lowres_nx} * config.map.lowres_ny;
-        cells_ = memory.take<gpom_cell_t>(n_cells_);
-    }
+    n_cells_ = copied_cells(config);
+    cells_ = n_cells_ > 0 ? memory.take<gpom_cell_t>(n_cells_) : nullptr;
 }
 
 void CanPicture::look(std::int64_t now_us)
@@ -116,37 +142,43 @@ void CanPicture::find_place()
     }
 }
 
-/// Copy the cells. False: there are none, they are not of the frame of the place, or the place is
-/// not known.
+/// Fill the sectors. False: there is no map, it is not of the frame of the place, or the place is
+/// not known. Outside of the raster all sectors are unknown.
+bool CanPicture::look_about(gpom_sector_t *sectors, std::size_t n_sectors)
+{
+    const gpom_lookout_t lookout = {place_.x_m, place_.y_m, place_.yaw_rad, config_->can.range_m,
+                                    config_->can.radius_m};
+    const gpom_status_t status =
+        gpom_sectors(links_.mapping->map(), &lookout, sectors, n_sectors, &info_);
+    return (status == GPOM_OK || status == GPOM_ERR_REACH) && info_.frame_epoch == map_.frame_epoch;
+}
+
+/// Copy the cells if they are needed. False: they are not of the frame of the place.
 bool CanPicture::copy()
 {
-    return gpom_lowres_copy(links_.mapping->map(), GPOM_LAYER_COARSE, cells_,
-                            static_cast<std::uint32_t>(n_cells_), &info_) == GPOM_OK &&
-           info_.frame_epoch == map_.frame_epoch && std::isfinite(place_.x_m) &&
-           std::isfinite(place_.y_m) && std::isfinite(place_.yaw_rad);
+    return n_cells_ == 0 ||
+           (gpom_lowres_copy(links_.mapping->map(), GPOM_LAYER_COARSE, cells_,
+                             static_cast<std::uint32_t>(n_cells_), &info_) == GPOM_OK &&
+            info_.frame_epoch == map_.frame_epoch);
 }
 
 void CanPicture::take(const PortState &port)
 {
-    const CanConfig &can = config_->can;
-    has_cells_ = false;
-    for (int i = 0; i < kCopyTries && !has_cells_; ++i) {
+    has_map_ = false;
+    for (int i = 0; i < kCopyTries && !has_map_; ++i) {
         // Before the cells: they may be newer than the state, never older.
         map_ = links_.mapping->state();
         state_ = state_of(port);
         find_place();
-        has_cells_ = state_ == GPOM_CAN_MAPPING && copy();
+        has_map_ = state_ == GPOM_CAN_MAPPING && look_about(sectors_, GPOM_CAN_SECTORS) &&
+                   (config_->can.clearance_fd.period_us == 0 ||
+                    look_about(fd_sectors_, GPOM_CAN_FD_SECTORS)) &&
+                   copy();
     }
-    const ClearanceView view = {cells_,         info_.raster, place_.x_m,  place_.y_m,
-                                place_.yaw_rad, can.range_m,  can.radius_m};
-    const Sector unknown = {0.0, false, true, GPOM_CAN_LEVEL_UNKNOWN, GPOM_CAN_LEVEL_UNKNOWN};
-    std::fill_n(sectors_, GPOM_CAN_SECTORS, unknown);
-    std::fill_n(fd_sectors_, GPOM_CAN_FD_SECTORS, unknown);
-    if (has_cells_) {
-        find_clearance(view, sectors_, GPOM_CAN_SECTORS);
-    }
-    if (has_cells_ && can.clearance_fd.period_us > 0) {
-        find_clearance(view, fd_sectors_, GPOM_CAN_FD_SECTORS);
+    if (!has_map_) {
+        const gpom_sector_t unknown = {0.0f, 0.0f, 0, 255, GPOM_UNKNOWN, GPOM_SECTOR_UNKNOWN};
+        std::fill_n(sectors_, GPOM_CAN_SECTORS, unknown);
+        std::fill_n(fd_sectors_, GPOM_CAN_FD_SECTORS, unknown);
     }
     faults_ = 0;
     for (std::size_t i = 0; i < kFaults; ++i) {
@@ -206,15 +238,15 @@ gpom_can_clearance_fd_t CanPicture::clearance_fd() const
     message.stamp_ms = milliseconds(map_.stamp_us);
     for (std::size_t i = 0; i < GPOM_CAN_FD_SECTORS; ++i) {
         message.distance[i] = distance_code(fd_sectors_[i]);
-        message.probability[i] = fd_sectors_[i].probability;
-        message.deviation[i] = fd_sectors_[i].deviation;
+        message.probability[i] = probability_code(fd_sectors_[i]);
+        message.deviation[i] = deviation_code(fd_sectors_[i]);
     }
     return message;
 }
 
 bool CanPicture::tile(std::int32_t tx, std::int32_t ty, gpom_can_tile_t &message) const
 {
-    if (!has_cells_) {
+    if (!has_map_ || n_cells_ == 0) {
         return false;
     }
     const gpom_raster_t &raster = info_.raster;

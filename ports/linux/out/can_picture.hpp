@@ -7,7 +7,6 @@
 #include "ports/linux/base/memory.hpp"
 #include "ports/linux/config/config.hpp"
 #include "ports/linux/map/mapping.hpp"
-#include "ports/linux/out/clearance.hpp"
 #include "ports/linux/pose/odometry.hpp"
 
 #include <cstddef>
@@ -40,7 +39,7 @@ public:
     /// of the rise.
     void look(std::int64_t now_us);
     /// Take a picture now.
-    /// Cost: a copy of the low-resolution map, and find_clearance().
+    /// Cost: gpom_sectors() once or twice. If tiles are sent, a copy of the low-resolution map.
     void take(const PortState &port);
 
     gpom_can_status_t status() const;
@@ -55,6 +54,7 @@ private:
 
     gpom_can_state_t state_of(const PortState &port);
     void find_place();
+    bool look_about(gpom_sector_t *sectors, std::size_t n_sectors);
     bool copy();
     void show_fault(unsigned bit, bool is_shown);
 
@@ -72,12 +72,12 @@ private:
     gpom_lowres_info_t info_ = {};
     StampedPose place_ = {}; ///< The newest known place of the robot.
     gpom_can_state_t state_ = GPOM_CAN_STARTING;
-    bool has_cells_ = false;   ///< The state is mapping, and cells_ and place_ belong to this
-                               ///< picture.
+    bool has_map_ = false;     ///< The state is mapping, and sectors, cells and place_ belong to
+                               ///< this picture.
     std::int64_t age_us_ = -1; ///< Age of the newest scan. Below 0: there is none.
     std::uint8_t faults_ = 0;
-    Sector sectors_[GPOM_CAN_SECTORS] = {};
-    Sector fd_sectors_[GPOM_CAN_FD_SECTORS] = {};
+    gpom_sector_t sectors_[GPOM_CAN_SECTORS] = {};
+    gpom_sector_t fd_sectors_[GPOM_CAN_FD_SECTORS] = {};
 };
 
 } // namespace gpomd
