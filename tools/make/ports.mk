@@ -65,6 +65,7 @@ $(BUILD)/gpom-replay: $(BUILD)/obj/tools/gpom_replay.o \
     $(call objects,ports/linux/lcm/sender ports/linux/base/network ports/host/lcm_log) $(SCAN_LIB)
 $(BUILD)/gpom-replay: READ_LIBS := -lbz2
 $(BUILD)/gpom-bridge: $(call objects,tools/gpom_bridge ports/host/serial_line \
+    ports/host/serial_port \
     $(addprefix ports/linux/,lcm/sender lcm/subscriber base/memory base/network)) \
     $(BUILD)/libgpom_device.a
 $(LCM_TOOLS): $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a $(BUILD)/libgpom_can.a
