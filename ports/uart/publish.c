@@ -207,7 +207,7 @@ static bool send_map(gpom_device_t *device, int64_t now_us)
     return false;
 }
 
-static gpom_wire_state_t state_of(const gpom_device_t *device, int64_t now_us)
+gpom_wire_state_t gpom_device_state(const gpom_device_t *device, int64_t now_us)
 {
     if (device->counts[GPOM_WIRE_SCANS_INSERTED] == 0) {
         return GPOM_WIRE_STATE_STARTING;
@@ -258,7 +258,7 @@ static void send_status(gpom_device_t *device, int64_t now_us)
     (void)!gpom_lowres_info(device->map, GPOM_LAYER_COARSE, &info);
     status.stamp_us = stamp_of(device, now_us);
     status.sequence = device->status_sequence++;
-    status.state = (uint8_t)state_of(device, now_us);
+    status.state = (uint8_t)gpom_device_state(device, now_us);
     status.version = (int32_t)gpom_version();
     status.map_format = GPOM_MAP_FORMAT;
     status.frame_epoch = (int32_t)info.frame_epoch;

@@ -213,7 +213,8 @@ def check_symbols(folder, *options):
     check = ["tools/dev/check_symbols.py", "--objdump", "arm-none-eabi-objdump", *options]
     for library in "libgpom.a", "libgpom_codec.a":
         output_of([*check, f"{folder}/{library}"])
-    output_of([*check, "--port", f"{folder}/libgpom_device.a"])
+    for library in "libgpom_device.a", "libgpom_mavlink.a":
+        output_of([*check, "--port", f"{folder}/{library}"])
     for image in IMAGES:
         output_of([*check, "--image", f"{folder}/gpom_{image}.elf"])
 

@@ -18,7 +18,7 @@ define compile # compiler and flags; source, if not the first prerequisite
 endef
 
 # Archives follow the objects, each before those that it needs.
-link_inputs = $(filter %.o,$^) $(filter %_device.a,$^) $(filter %_codec.a %_can.a,$^) \
+link_inputs = $(filter %.o,$^) $(filter %_device.a,$^) $(filter %_codec.a %_can.a %_mavlink.a,$^) \
               $(filter %/libgpom.a,$^)
 define link # compiler and flags; libraries, or sources to compile and link at once
 	@mkdir -p $(@D)
@@ -35,9 +35,8 @@ endef
 COMPILER := build/setup/base \
     $(if $(CROSS),build/setup/$(if $(filter 1,$(BARE)),firmware,processors))
 
-build/setup/results build/setup/can: build/setup/python
-build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt \
-    tools/requirements-can.txt
+build/setup/results build/setup/can build/setup/mavlink: build/setup/python
+build/setup/%: tools/setup $(wildcard tools/requirements*.txt)
 	$(Q)tools/setup $*
 
 # Objects are made again when a flag changes, not only when a file does.

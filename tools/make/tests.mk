@@ -57,8 +57,8 @@ tsan: $(BUILD)/tsan_tests
 
 codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 
-linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/gpom-query $(BUILD)/library-map \
-    $(BUILD)/linux_tests $(BUILD)/lcm/stamp
+linux-tests: gpomd $(BUILD)/libgpom_mavlink.so $(BUILD)/gpom-sim $(BUILD)/gpom-query \
+    $(BUILD)/library-map $(BUILD)/linux_tests $(BUILD)/lcm/stamp
 
 can-tests: gpomd $(BUILD)/can_tests $(BUILD)/libgpom_can.so $(BUILD)/gpom-sim $(BUILD)/lcm/stamp \
     $(BUILD)/linux_tests
@@ -134,10 +134,14 @@ $(BUILD)/can_tests: $(CAN_TEST_OBJ) $(BUILD)/obj/tests/common/main.o $(BUILD)/li
 # For tests by ctypes: all that is hidden in the library is open here.
 $(BUILD)/libgpom_can.so: $(CAN_SRC) $(wildcard ports/can/*.h ports/can/examples/*.h) | $(COMPILER)
 	$(call link,$(CC) -std=c99 -pedantic-errors -shared -O2 -fPIC $(WARN) $(INCLUDES),$(CAN_SRC))
+$(BUILD)/libgpom_mavlink.so: ports/mavlink/messages.c ports/mavlink/messages.h | \
+    $(COMPILER) $(MAVLINK_INCLUDE)/stamp
+	$(call link,$(CC) -std=c99 -pedantic-errors -shared -O2 -fPIC $(WARN) $(INCLUDES) \
+	    -isystem $(MAVLINK_INCLUDE),$<)
 $(BUILD)/library-map: $(LIBRARY_MAP_OBJ) $(LINUX_LIB) $(SCAN_LIB)
 $(BUILD)/linux_tests: $(LINUX_TEST_OBJ) $(BUILD)/obj/tests/common/main.o $(LINUX_LIB)
 $(BUILD)/library-map $(BUILD)/linux_tests: $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a \
-    $(BUILD)/libgpom_can.a
+    $(BUILD)/libgpom_can.a $(BUILD)/libgpom_mavlink.a
 	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.

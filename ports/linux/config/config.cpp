@@ -428,7 +428,7 @@ void read_config(const char *path, Config &config)
     const toml::table file = gpom_tools::parse_toml(path, "configuration");
     const TomlTable root(path, file);
     root.refuse_keys_beyond({"params", "lcm_url", "sensor", "pose", "jump", "map", "raster",
-                             "intake", "publish", "snapshot", "can"},
+                             "intake", "publish", "snapshot", "can", "mavlink"},
                             kRemove);
     config = Config{};
     gpom_config_init(&config.map);
@@ -460,6 +460,7 @@ void read_config(const char *path, Config &config)
     check_grid(root, config);
     read_snapshot(root, path, config);
     read_can(root, config.can);
+    read_mavlink(root, config.mavlink);
 }
 
 } // namespace gpomd
