@@ -265,6 +265,12 @@ def run_can(results):
         count_junit(results, "can-bus", code, output, f"{work}/bus.xml")
 
 
+def run_mavlink(results):
+    run_doctest(results, "mavlink-unit", f"{HOST}/mavlink_tests")
+    run_doctest(results, "mavlink-unit-sanitize", f"{SANITIZE}/mavlink_tests")
+    run_pytest(results, "mavlink", "tests/mavlink")
+
+
 def run_tsan(results):
     run_check(results, "tsan: copies beside the mapping thread are ordered and whole",
               [f"{THREAD}/tsan_tests"], show=True)
@@ -336,7 +342,7 @@ def run_lint(results):
 SUITES = {
     "unit": run_unit,
     "unit-sanitize": run_unit_sanitize,
-    "mavlink": lambda results: run_pytest(results, "mavlink", "tests/mavlink"),
+    "mavlink": run_mavlink,
     "unit-campaign": run_unit_campaign,
     "codec": lambda results: run_doctest(results, "codec", f"{HOST}/codec_tests",
                                          os.environ.get("EXEC", "")),

@@ -16,14 +16,21 @@ void gpom_mavlink_device_config_init(gpom_mavlink_device_config_t *config)
     config->period_us = 100000;
 }
 
+/* Written so that NaN is refused. */
+static bool is_good(const gpom_mavlink_device_config_t *config)
+{
+    const bool is_range = config->range_m >= 0.01f &&
+                          config->range_m <= (float)GPOM_MAVLINK_RANGE_MAX_M &&
+                          config->radius_m >= 0.0f && config->radius_m < config->range_m;
+    return is_range && config->bytes_write != NULL && config->system_id != 0 &&
+           config->component_id != 0 && config->sensor <= GPOM_MAVLINK_UNKNOWN_SENSOR &&
+           config->period_us > 0 && gpom_mavlink_is_sector_count(config->n_sectors);
+}
+
 gpom_status_t gpom_mavlink_device_init(gpom_mavlink_device_t *mavlink,
                                        const gpom_mavlink_device_config_t *config)
 {
-    if (mavlink == NULL || config == NULL || config->bytes_write == NULL ||
-        config->system_id == 0 || config->component_id == 0 || config->period_us <= 0 ||
-        !gpom_mavlink_is_sector_count(config->n_sectors) || !(config->range_m >= 0.01f) ||
-        !(config->range_m <= (float)GPOM_MAVLINK_RANGE_MAX_M) || !(config->radius_m >= 0.0f) ||
-        !(config->radius_m < config->range_m)) {
+    if (mavlink == NULL || config == NULL || !is_good(config)) {
         return GPOM_ERR_ARG;
     }
     memset(mavlink, 0, sizeof *mavlink);
@@ -63,41 +70,46 @@ static size_t write_obstacles(gpom_mavlink_device_t *mavlink, const gpom_device_
     return gpom_mavlink_obstacle_distance(&mavlink->sender, &mavlink->obstacles, mavlink->bytes);
 }
 
-/* True if it is time for something. Late turns are skipped. */
-static bool has_come(int64_t *due_us, int64_t period_us, int64_t now_us)
+/* True if it is time for a message. Counts those whose whole period passed without. */
+static bool has_come(gpom_mavlink_device_t *mavlink, int64_t *due_us, int64_t period_us,
+                     int64_t now_us)
 {
     if (now_us < *due_us) {
         return false;
     }
-    *due_us = *due_us + period_us > now_us ? *due_us + period_us : now_us + period_us;
+    const int64_t n_missed = (now_us - *due_us) / period_us;
+    mavlink->n_not_sent += (uint64_t)n_missed;
+    *due_us += (n_missed + 1) * period_us;
     return true;
 }
 
-/* Begin the next message that is due. Heartbeats come first, because they are rare. */
+/* Begin the next message that is due, if the line has taken the one before. Heartbeats come first,
+ * because they are rare. */
 static void begin_message(gpom_mavlink_device_t *mavlink, const gpom_device_t *device,
                           int64_t now_us)
 {
-    const bool is_busy = mavlink->i_byte < mavlink->n_bytes;
     size_t n_bytes = 0;
-    if (!is_busy && has_come(&mavlink->heartbeat_due_us, HEARTBEAT_PERIOD_US, now_us)) {
+    if (mavlink->i_byte < mavlink->n_bytes) {
+        return;
+    }
+    if (has_come(mavlink, &mavlink->heartbeat_due_us, HEARTBEAT_PERIOD_US, now_us)) {
         n_bytes =
             gpom_mavlink_heartbeat(&mavlink->sender, state_of(device, now_us), mavlink->bytes);
-    } else if (!has_come(&mavlink->obstacles_due_us, mavlink->config.period_us, now_us)) {
-        return;
-    } else if (is_busy) {
-        ++mavlink->n_not_sent;
-        return;
-    } else {
+    } else if (has_come(mavlink, &mavlink->obstacles_due_us, mavlink->config.period_us, now_us)) {
         n_bytes = write_obstacles(mavlink, device, now_us);
     }
-    ++mavlink->n_sent;
+    mavlink->n_sent += n_bytes > 0 ? 1 : 0;
     mavlink->n_bytes = (uint32_t)n_bytes;
     mavlink->i_byte = 0;
 }
 
-bool gpom_mavlink_device_tick(gpom_mavlink_device_t *mavlink, const gpom_device_t *device,
-                              int64_t now_us)
+bool gpom_mavlink_device_tick(gpom_mavlink_device_t *mavlink, const gpom_device_t *device)
 {
+    const int64_t now_us = device->port.now_us(device->port.ctx);
+    if (!mavlink->is_begun) {
+        mavlink->is_begun = true;
+        mavlink->obstacles_due_us = mavlink->heartbeat_due_us = now_us;
+    }
     begin_message(mavlink, device, now_us);
     const uint32_t n_left = mavlink->n_bytes - mavlink->i_byte;
     if (n_left > 0) {

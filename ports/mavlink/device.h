@@ -31,9 +31,11 @@ typedef struct {
 /** The caller may read the counters. The other fields are internal. */
 typedef struct {
     uint64_t n_sent;     /**< Messages that the line began to take. */
-    uint64_t n_not_sent; /**< Messages that came due while the line still had the one before. */
+    uint64_t n_not_sent; /**< Messages left out, because the line or the main loop was busy for a
+                              whole period. */
     gpom_mavlink_device_config_t config;
     gpom_mavlink_sender_t sender;
+    bool is_begun;
     int64_t obstacles_due_us, heartbeat_due_us;
     uint32_t n_bytes, i_byte; /* bytes of the message, and bytes of it that were taken */
     uint8_t bytes[GPOM_MAVLINK_BYTES];
@@ -52,11 +54,8 @@ GPOM_NODISCARD gpom_status_t gpom_mavlink_device_init(gpom_mavlink_device_t *mav
  *  line. While no scan with a usable reading was inserted for stale_after_us of the device, no
  *  sector has a reading. True if bytes are still waiting for the line: the processor must not sleep
  *  long.
- *
- *  now_us  monotonic time [us], of the same clock as the device's.
- *  Cost: gpom_sectors() of n_sectors, and 4,000 instructions, each period. */
-bool gpom_mavlink_device_tick(gpom_mavlink_device_t *mavlink, const gpom_device_t *device,
-                              int64_t now_us);
+ *  Cost: gpom_sectors() of n_sectors, and 5,100 instructions for the message, each period. */
+bool gpom_mavlink_device_tick(gpom_mavlink_device_t *mavlink, const gpom_device_t *device);
 
 #ifdef __cplusplus
 }

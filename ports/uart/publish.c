@@ -207,15 +207,6 @@ static bool send_map(gpom_device_t *device, int64_t now_us)
     return false;
 }
 
-gpom_wire_state_t gpom_device_state(const gpom_device_t *device, int64_t now_us)
-{
-    if (device->counts[GPOM_WIRE_SCANS_INSERTED] == 0) {
-        return GPOM_WIRE_STATE_STARTING;
-    }
-    return now_us - device->fresh_us > device->config.stale_after_us ? GPOM_WIRE_STATE_STALE
-                                                                     : GPOM_WIRE_STATE_MAPPING;
-}
-
 /* Add the counters that the map, the frame reader, the receiver and the hooks keep. */
 static void add_counts(const gpom_device_t *device, int64_t *counts)
 {

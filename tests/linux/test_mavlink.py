@@ -12,15 +12,14 @@ from conftest import (PATIENCE_S, URL, encoded, fresh_status, replay, scan, wait
                       wait_until)
 from gpom_watch import Watch
 from pymavlink.dialects.v20 import common as mavlink
+from sectors_oracle import NO_READING, World, allowed_distances, clockwise_from_forward
 
 PORT = 14550
-NO_READING = 65535
 RANGE_M, RADIUS_M = 20.0, 0.4
 CELL_M, CORNER_M, N_CELLS = 0.25, (5.0, 65.0), 120  # 30 m about the robot
 RASTER = f"cell_m = {CELL_M}\nnx = {N_CELLS}\nny = {N_CELLS}\ncorner = [5.0, 65.0]"
 FOREVER = f"stale_s = {20 * PATIENCE_S}"
 POSE = [20.1234, 80.2345, 0.3]
-FREE, UNKNOWN = 0, 3
 MAPPING, STALE, STARTING, STOPPING = 4, 5, 1, 7  # MAV_STATE
 
 
@@ -143,79 +142,7 @@ def in_room(start, watch, peer, text, publish=FOREVER):
     return daemon
 
 
-# ---- the map, by brute force --------------------------------------------------------------------
-
-def clipped(polygon, normal):
-    """The part of a polygon where a point's product with the normal is at least 0."""
-    part = []
-    for a, b in zip(polygon, polygon[1:] + polygon[:1]):
-        at_a, at_b = (p[0] * normal[0] + p[1] * normal[1] for p in (a, b))
-        if at_a >= 0:
-            part.append(a)
-        if at_a * at_b < 0:
-            t = at_a / (at_a - at_b)
-            part.append((a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])))
-    return part
-
-
-def overlaps(low, bearing, width):
-    """Whether a cell, whose lower left corner is there from the robot, reaches into a sector."""
-    corners = [(low[0] + dx, low[1] + dy) for dx, dy in
-               ((0, 0), (CELL_M, 0), (CELL_M, CELL_M), (0, CELL_M))]
-    right, left = bearing - width / 2, bearing + width / 2
-    part = clipped(corners, (-math.sin(right), math.cos(right)))
-    return bool(part) and bool(clipped(part, (math.sin(left), -math.cos(left))))
-
-
-def blocking_cells(classes, pose):
-    """(distance, lower left corner from the robot, class), the nearest first, of cells that are not
-    free, and of those beside the raster."""
-    return sorted(unsorted_cells(classes, pose))
-
-
-def unsorted_cells(classes, pose):
-    for iy in range(-1, N_CELLS + 1):
-        for ix in range(-1, N_CELLS + 1):
-            inside = 0 <= ix < N_CELLS and 0 <= iy < N_CELLS
-            cls = int(classes[iy, ix]) if inside else UNKNOWN
-            low = (CORNER_M[0] + CELL_M * ix - pose[0], CORNER_M[1] + CELL_M * iy - pose[1])
-            gap = [max(at, -at - CELL_M, 0.0) for at in low]
-            own = math.hypot(low[0] + CELL_M / 2, low[1] + CELL_M / 2) <= RADIUS_M
-            if cls != FREE and not own and math.hypot(*gap) < RANGE_M:
-                yield math.hypot(*gap), low, cls
-
-
-def expected(classes, pose, n):
-    """For each element clockwise from forward the set of values that it may have."""
-    cells = blocking_cells(classes, pose)
-    values = []
-    for i in range(n):
-        bearing, width = pose[2] - 2 * math.pi * i / n, 2 * math.pi / n
-        least, kinds = None, set()
-        for distance, low, cls in cells:
-            if least is not None and distance > least:
-                break
-            if overlaps(low, bearing, width):
-                least = distance
-                kinds.add(cls)
-        if least is None:
-            values.append({round(100 * RANGE_M) + 1})
-        elif least < RADIUS_M + 2 * CELL_M and UNKNOWN in kinds:
-            values.append({NO_READING})
-        else:
-            lowered = least - 1e-6 * (least + RANGE_M)
-            values.append({max(math.floor(100 * d), 1) for d in (least, lowered)})
-    return values
-
-
-def clockwise_from_forward(message, n):
-    """The n values of a message in that order, by its own fields."""
-    assert message.frame == mavlink.MAV_FRAME_BODY_FRD and message.increment_f == 360 / n
-    assert set(message.distances[n:]) <= {NO_READING}
-    first = message.angle_offset / message.increment_f
-    assert first == round(first) and message.increment == 360 // n
-    return [message.distances[(i - round(first)) % n] for i in range(n)]
-
+# ---- the map ------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("n", [72, 36])
 def test_every_distance_is_that_of_the_map(start, peer, n):
@@ -230,7 +157,8 @@ def test_every_distance_is_that_of_the_map(start, peer, n):
     wait_until(watch, lambda: watch.map.tile is not None and watch.map.is_whole)
     pose = list(watch.map.tile.pose)
     assert pose == pytest.approx(POSE)
-    wanted = expected(watch.map.classes(), pose, n)
+    world = World(watch.map.classes(), CORNER_M, CELL_M, RANGE_M, RADIUS_M)
+    wanted = allowed_distances(world, pose, n)
     while connection.recv_match(blocking=False) is not None:  # those of the map before
         pass
     message = connection.recv_match(type="OBSTACLE_DISTANCE", blocking=True, timeout=PATIENCE_S)

@@ -18,7 +18,8 @@ define compile # compiler and flags; source, if not the first prerequisite
 endef
 
 # Archives follow the objects, each before those that it needs.
-link_inputs = $(filter %.o,$^) $(filter %_device.a,$^) $(filter %_codec.a %_can.a %_mavlink.a,$^) \
+link_inputs = $(filter %.o,$^) $(filter %_mavlink.a,$^) $(filter %_device.a,$^) \
+              $(filter %_codec.a %_can.a,$^) \
               $(filter %/libgpom.a,$^)
 define link # compiler and flags; libraries, or sources to compile and link at once
 	@mkdir -p $(@D)
