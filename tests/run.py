@@ -3,9 +3,9 @@
 
 usage: tests/run.py [--summary FILE.json] SUITE...
 
-Suites: unit codec c99 headers symbols linux unit-sanitize codec-sanitize tools make unit-campaign
-tools-campaign linux-campaign tools-sanitize linux-sanitize tsan processors can firmware install
-python docs instructions fuzz lint; `base` is the first ten, `extra` the rest.
+Suites: unit codec c99 headers symbols linux mavlink unit-sanitize codec-sanitize tools make
+unit-campaign tools-campaign linux-campaign tools-sanitize linux-sanitize tsan processors can
+firmware install python docs instructions fuzz lint; `base` is the first eleven, `extra` the rest.
 Called by make, which builds what they need first. A failure is printed with its output, a skip with
 its reason. Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
@@ -34,12 +34,11 @@ TIMEOUT_S = 3600  # a whole suite on a slow machine; its tests have shorter ones
 # What a change breaks first runs first. What takes long is a campaign, which `extra` runs: pytest's
 # mark, and doctest's suites. "sanitized campaign" is one for the sanitizers alone, with which
 # arithmetic takes up to twenty times as long; without them the same tests belong to `base`.
-BASE = ["unit", "codec", "c99", "headers", "symbols", "linux", "unit-sanitize", "codec-sanitize",
-        "tools", "make"]
+BASE = ["unit", "codec", "c99", "headers", "symbols", "linux", "mavlink", "unit-sanitize",
+        "codec-sanitize", "tools", "make"]
 EXTRA = ["unit-campaign", "tools-campaign", "linux-campaign", "tools-sanitize", "linux-sanitize",
          "tsan", "processors", "can", "firmware", "install", "python",
-         "docs", "instructions", "fuzz",
-         "lint"]
+         "docs", "instructions", "fuzz", "lint"]
 BASE_JOBS = 2  # suites of `base` side by side: the daemon's tests mostly wait
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
@@ -185,6 +184,7 @@ def run_headers(results):
     if not headers:
         results.fail("headers", "include/gpom holds no header")
     for header in [*headers, *sorted(glob.glob("ports/codec/*.h")),
+                   *sorted(glob.glob("ports/mavlink/*.h")),
                    *sorted(glob.glob("ports/can/**/*.h", recursive=True))]:
         for language, compiler in HEADER_CHECKS.items():
             run_check(results, f"headers: {header} compiles alone as {language}",
@@ -210,6 +210,8 @@ def run_symbols(results):
               ["tools/dev/check_symbols.py", "--sparse", f"{HOST}/libgpom.a"])
     run_check(results, "symbols: the codec has no heap, libc or global state",
               ["tools/dev/check_symbols.py", f"{HOST}/libgpom_codec.a"])
+    run_check(results, "symbols: MAVLink's part has no heap, libc or global state",
+              ["tools/dev/check_symbols.py", "--port", f"{HOST}/libgpom_mavlink.a"])
     run_check(results, "symbols: the shared library exports gpom_* and nothing else",
               ["tools/dev/check_symbols.py", "--exports", f"{HOST}/libgpom.so"])
 
@@ -261,6 +263,12 @@ def run_can(results):
         results.skip("can: gpomd on a CAN bus", output.strip().splitlines()[-1])
     else:
         count_junit(results, "can-bus", code, output, f"{work}/bus.xml")
+
+
+def run_mavlink(results):
+    run_doctest(results, "mavlink-unit", f"{HOST}/mavlink_tests")
+    run_doctest(results, "mavlink-unit-sanitize", f"{SANITIZE}/mavlink_tests")
+    run_pytest(results, "mavlink", "tests/mavlink")
 
 
 def run_tsan(results):
@@ -334,6 +342,7 @@ def run_lint(results):
 SUITES = {
     "unit": run_unit,
     "unit-sanitize": run_unit_sanitize,
+    "mavlink": run_mavlink,
     "unit-campaign": run_unit_campaign,
     "codec": lambda results: run_doctest(results, "codec", f"{HOST}/codec_tests",
                                          os.environ.get("EXEC", "")),

@@ -9,6 +9,7 @@
 #include "gpom/presets/street.h"
 #include "ports/cortex_m/device_limits.h"
 #include "ports/cortex_m/semihosting.h"
+#include "ports/mavlink/messages.h"
 #include "street.h"
 
 enum { MANY = 16, POINTS = 100 }; /* neighbours of each kind; points of a query */
@@ -121,6 +122,29 @@ static void query(const gpom_map_t *map, const char *name)
     require(status);
 }
 
+/* What an autopilot is sent: sectors about the last pose, and the message of them. */
+static void send_distances(const gpom_map_t *map)
+{
+    static gpom_sector_t sectors[GPOM_MAVLINK_SECTORS_MAX];
+    static gpom_mavlink_obstacles_t obstacles;
+    static uint8_t bytes[GPOM_MAVLINK_BYTES];
+    gpom_mavlink_sender_t sender = {1, GPOM_MAVLINK_COMPONENT_ID, 0};
+    const double *const at = street_poses[STREET_SCANS - 1];
+    const gpom_lookout_t lookout = {at[0], at[1], at[2], DEVICE_MAVLINK_RANGE_M, 0.5f};
+    gpom_count_begin();
+    const gpom_status_t status =
+        gpom_sectors(map, &lookout, sectors, GPOM_MAVLINK_SECTORS_MAX, NULL);
+    gpom_count_end();
+    print_count("mavlink_sectors", GPOM_MAVLINK_SECTORS_MAX);
+    require(status);
+    gpom_count_begin();
+    gpom_mavlink_obstacles_init(&obstacles, GPOM_MAVLINK_SECTORS_MAX, DEVICE_MAVLINK_RANGE_M);
+    gpom_mavlink_set_sectors(&obstacles, sectors);
+    const size_t n_bytes = gpom_mavlink_obstacle_distance(&sender, &obstacles, bytes);
+    gpom_count_end();
+    print_count("mavlink_message", (uint32_t)n_bytes);
+}
+
 /* Make a map of the whole street, index it at once, and query it. */
 static gpom_map_t *query_street(const gpom_params_t *params, uint16_t n_each, const char *name)
 {
@@ -147,6 +171,7 @@ int main(void)
     insert_scan(map, STREET_SCANS - 1, "insert");
     refresh(map, 16, "refresh");
     query(map, "query_8+8");
+    send_distances(map);
     (void)query_street(&gpom_params_street, MANY, "query_16+16");
     gpom_params_t plain; /* Matern-1/2 */
     gpom_params_init(&plain);

@@ -10,5 +10,6 @@
 #define DEVICE_CELL_M 4.0 /* with these cells the map covers the whole street */
 #define DEVICE_X0_M 0.0   /* lower left corner of the map */
 #define DEVICE_Y0_M (-4.0)
+#define DEVICE_MAVLINK_RANGE_M 40.0f /* ten cells */
 
 #endif

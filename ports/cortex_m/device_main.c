@@ -1,9 +1,17 @@
 /* The image of a real device. Scans come over UART 0, and the map goes back over it
- * (ports/uart/device.h). */
+ * (ports/uart/device.h). With DEVICE_MAVLINK an autopilot at UART 1 learns how far all is free
+ * (ports/mavlink/device.h). */
 #include "gpom/presets/street.h"
 #include "ports/cortex_m/device_limits.h"
 #include "ports/cortex_m/mps2.h"
 #include "street.h"
+
+#ifndef DEVICE_MAVLINK
+#define DEVICE_MAVLINK 0
+#endif
+#if DEVICE_MAVLINK
+#include "ports/mavlink/device.h"
+#endif
 
 static uint64_t memory[GPOM_DEVICE_BYTES(DEVICE_BEAM_MAX, DEVICE_NX *DEVICE_NY, DEVICE_RANGES_MAX,
                                          DEVICE_POINTS, 1) /
@@ -29,6 +37,26 @@ static gpom_device_config_t configure(void)
     return config;
 }
 
+#if DEVICE_MAVLINK
+static gpom_mavlink_device_t mavlink;
+
+static gpom_status_t begin_mavlink(void)
+{
+    mps2_init_uart1();
+    gpom_mavlink_device_config_t config;
+    gpom_mavlink_device_config_init(&config);
+    config.range_m = DEVICE_MAVLINK_RANGE_M;
+    config.bytes_write = mps2_write_uart1;
+    return gpom_mavlink_device_init(&mavlink, &config);
+}
+
+/* True if bytes are waiting for UART 1. */
+static bool send_mavlink(void) { return gpom_mavlink_device_tick(&mavlink, &device); }
+#else
+static gpom_status_t begin_mavlink(void) { return GPOM_OK; }
+static bool send_mavlink(void) { return false; }
+#endif
+
 /* Returns only if the configuration is wrong, which a test of a changed configuration shows. The
  * watchdog then restarts the device again and again. */
 int main(void)
@@ -36,11 +64,13 @@ int main(void)
     mps2_init();
     const gpom_device_config_t config = configure();
     const gpom_port_t port = mps2_port();
-    if (gpom_device_init(&device, &config, &port, memory, sizeof memory) != GPOM_OK) {
+    if (gpom_device_init(&device, &config, &port, memory, sizeof memory) != GPOM_OK ||
+        begin_mavlink() != GPOM_OK) {
         return 1;
     }
     for (;;) {
-        if (!gpom_device_tick(&device)) {
+        const bool has_worked = gpom_device_tick(&device);
+        if (!send_mavlink() && !has_worked) {
             mps2_sleep();
         }
     }

@@ -16,6 +16,7 @@ typedef struct {
 
 #define TIMER0 ((timer_t *)0x40000000u)
 #define UART0 ((uart_t *)0x40004000u)
+#define UART1 ((uart_t *)0x40005000u)
 #define WATCHDOG ((watchdog_t *)0x40008000u)
 #define WATCHDOG_LOCK (*(volatile uint32_t *)0x40008c00u)
 
@@ -33,7 +34,7 @@ enum {
     SYSTICK_ON = 7, /* count with the processor's clock, interrupt on */
 };
 enum { UART_STATE_OUT_FULL = 1, UART_STATE_IN_FULL = 2, UART_STATE_IN_OVERRUN = 8 };
-enum { UART_ON = 3, UART_OUT_INTERRUPT = 4, UART_IN_INTERRUPT = 8 };
+enum { UART_ON = 3, UART_OUT_ON = 1, UART_OUT_INTERRUPT = 4, UART_IN_INTERRUPT = 8 };
 enum { UART_CLEAR_OUT = 1, UART_CLEAR_IN = 2 };
 enum { NVIC_UART_IN = 1, NVIC_UART_OUT = 2 };
 
@@ -192,6 +193,22 @@ gpom_port_t mps2_port(void)
     const gpom_port_t port = {NULL,          now_us,        bytes_read,     bytes_write,
                               watchdog_feed, line_overruns, watchdog_resets};
     return port;
+}
+
+void mps2_init_uart1(void)
+{
+    UART1->divider = CLOCK_HZ / MPS2_UART1_BAUD;
+    UART1->control = UART_OUT_ON;
+}
+
+size_t mps2_write_uart1(void *ctx, const uint8_t *bytes, size_t n_bytes)
+{
+    (void)ctx;
+    size_t n = 0;
+    while (n < n_bytes && (UART1->state & UART_STATE_OUT_FULL) == 0) {
+        UART1->data = bytes[n++];
+    }
+    return n;
 }
 
 void mps2_sleep(void) { __asm__ volatile("wfi" ::: "memory"); }

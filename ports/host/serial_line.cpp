@@ -1,11 +1,12 @@
 #include "ports/host/serial_line.hpp"
 
+#include "ports/host/serial_port.hpp"
+
 #include <fcntl.h>
 #include <netdb.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,14 +20,6 @@ namespace gpom_tools
 
 namespace
 {
-
-struct Speed {
-    unsigned baud;
-    speed_t code;
-};
-constexpr Speed kSpeeds[] = {{9600, B9600},     {19200, B19200},   {38400, B38400},
-                             {57600, B57600},   {115200, B115200}, {230400, B230400},
-                             {460800, B460800}, {921600, B921600}, {1000000, B1000000}};
 
 [[noreturn]] void fail_with(const std::string &name, const std::string &what)
 {
@@ -86,29 +79,13 @@ int open_tcp(const std::string &name)
 
 int open_port(const std::string &name, unsigned baud)
 {
-    const Speed *const speed =
-        std::find_if(std::begin(kSpeeds), std::end(kSpeeds),
-                     [baud](const Speed &candidate) { return candidate.baud == baud; });
-    if (speed == std::end(kSpeeds)) {
-        fail_with(name, "--baud " + std::to_string(baud) +
-                            " is not one of 9600, 19200, 38400, 57600, 115200, 230400, 460800, "
-                            "921600, 1000000");
+    if (!is_baud_rate(baud)) {
+        fail_with(name, "--baud " + std::to_string(baud) + " is not one of " + baud_rates());
     }
-    const int fd = open(name.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
-    termios settings = {};
-    if (fd < 0 || tcgetattr(fd, &settings) != 0) {
-        const int error = errno;
-        if (fd >= 0) {
-            close(fd);
-        }
-        fail_with(name, error == ENOTTY ? "is no serial port" : std::strerror(error));
-    }
-    cfmakeraw(&settings);
-    settings.c_cflag |= CLOCAL | CREAD;
-    cfsetspeed(&settings, speed->code);
-    if (tcsetattr(fd, TCSANOW, &settings) != 0) {
-        close(fd);
-        fail_with(name, "refuses --baud " + std::to_string(baud));
+    const char *problem = nullptr;
+    const int fd = open_serial_port(name.c_str(), baud, problem);
+    if (fd < 0) {
+        fail_with(name, problem);
     }
     return fd;
 }

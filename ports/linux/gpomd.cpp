@@ -1,4 +1,4 @@
-// gpomd: receives scans over LCM and sends maps over LCM and CAN.
+// gpomd: receives scans over LCM and sends maps over LCM, CAN and MAVLink.
 #include "ports/host/command_line.hpp"
 #include "ports/host/snapshot_file.hpp"
 #include "ports/linux/base/clock.hpp"
@@ -15,6 +15,7 @@
 #include "ports/linux/map/mapping.hpp"
 #include "ports/linux/map/snapshots.hpp"
 #include "ports/linux/out/can_port.hpp"
+#include "ports/linux/out/mavlink_port.hpp"
 #include "ports/linux/out/publisher.hpp"
 #include "ports/linux/out/status.hpp"
 
@@ -118,8 +119,9 @@ private:
     Publisher publisher_;
     Odometry odometry_;
     CanPort can_;
+    MavlinkPort mavlink_;
     std::atomic<std::uint64_t> pulse_{0}; ///< Pulse of the receiving thread.
-    std::uint64_t seen_pulses_[4] = {};
+    std::uint64_t seen_pulses_[5] = {};
     std::int64_t n_logged_jumps_ = 0;
     std::int64_t jump_log_us_ = 0; ///< No line about a jump before this time, monotonic.
     bool has_logged_link_ = true;  ///< The link state that the log reported last.
@@ -263,7 +265,8 @@ bool Daemon::has_pulse()
 {
     const std::uint64_t pulses[] = {pulse_.load(std::memory_order_relaxed), mapping_.pulse(),
                                     publisher_.pulse(),
-                                    can_.is_used() ? can_.pulse() : pulse_.load()};
+                                    can_.is_used() ? can_.pulse() : pulse_.load(),
+                                    mavlink_.is_used() ? mavlink_.pulse() : pulse_.load()};
     for (std::size_t i = 0; i < std::size(pulses); ++i) {
         if (pulses[i] == seen_pulses_[i]) {
             return false;
@@ -379,6 +382,9 @@ void Daemon::watch(const sigset_t &signals)
         for (const char *news = can_.next_news(); news != nullptr; news = can_.next_news()) {
             log(std::string(config_.can.interface) + " " + news);
         }
+        for (MavlinkNews news = {}; mavlink_.next_news(news);) {
+            log(std::string(config_.mavlink.to) + " " + news.text + news.reason);
+        }
         signal_number = sigtimedwait(&signals, nullptr, &kTurn);
     }
     status.send(true);
@@ -404,6 +410,7 @@ void Daemon::init_parts()
     subscriber_.init(config_.intake.ranges_max, memory_, counts_);
     odometry_.init(config_.can.odometry);
     can_.init(config_, memory_, {&mapping_, &odometry_, &counts_});
+    mavlink_.init(config_, {&mapping_, &odometry_, &counts_}, counts_);
     if (config_.can.has_odometry) {
         intake_.use_odometry(odometry_);
     }
@@ -482,6 +489,7 @@ void Daemon::run_threads(const sigset_t &signals)
     std::thread mapper = named_thread("mapping", [&] { mapping_.run(stop_mapping); });
     std::thread publisher = named_thread("publisher", [&] { publisher_.run(stop_publishing); });
     std::thread can = named_thread("can", [&] { can_.run(stop_publishing); });
+    std::thread mavlink = named_thread("mavlink", [&] { mavlink_.run(stop_publishing); });
     std::thread receiver = named_thread("receiver", [&] { receive(stop_receiving); });
     log(std::string("ready on ") + config_.lcm_url);
     watch(signals);
@@ -496,6 +504,7 @@ void Daemon::run_threads(const sigset_t &signals)
     publisher_.wake();
     publisher.join();
     can.join();
+    mavlink.join();
 }
 
 } // namespace

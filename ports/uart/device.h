@@ -145,6 +145,16 @@ GPOM_NODISCARD gpom_status_t gpom_device_init(gpom_device_t *device,
  *  processor may sleep until bytes come or a millisecond has passed. */
 bool gpom_device_tick(gpom_device_t *device);
 
+/** State of the map at a time: STARTING, MAPPING or STALE (gpom_device_config_t.stale_after_us). */
+static inline gpom_wire_state_t gpom_device_state(const gpom_device_t *device, int64_t now_us)
+{
+    if (device->counts[GPOM_WIRE_SCANS_INSERTED] == 0) {
+        return GPOM_WIRE_STATE_STARTING;
+    }
+    return now_us - device->fresh_us > device->config.stale_after_us ? GPOM_WIRE_STATE_STALE
+                                                                     : GPOM_WIRE_STATE_MAPPING;
+}
+
 #ifdef __cplusplus
 }
 #endif

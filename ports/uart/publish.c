@@ -207,15 +207,6 @@ static bool send_map(gpom_device_t *device, int64_t now_us)
     return false;
 }
 
-static gpom_wire_state_t state_of(const gpom_device_t *device, int64_t now_us)
-{
-    if (device->counts[GPOM_WIRE_SCANS_INSERTED] == 0) {
-        return GPOM_WIRE_STATE_STARTING;
-    }
-    return now_us - device->fresh_us > device->config.stale_after_us ? GPOM_WIRE_STATE_STALE
-                                                                     : GPOM_WIRE_STATE_MAPPING;
-}
-
 /* Add the counters that the map, the frame reader, the receiver and the hooks keep. */
 static void add_counts(const gpom_device_t *device, int64_t *counts)
 {
@@ -258,7 +249,7 @@ static void send_status(gpom_device_t *device, int64_t now_us)
     (void)!gpom_lowres_info(device->map, GPOM_LAYER_COARSE, &info);
     status.stamp_us = stamp_of(device, now_us);
     status.sequence = device->status_sequence++;
-    status.state = (uint8_t)state_of(device, now_us);
+    status.state = (uint8_t)gpom_device_state(device, now_us);
     status.version = (int32_t)gpom_version();
     status.map_format = GPOM_MAP_FORMAT;
     status.frame_epoch = (int32_t)info.frame_epoch;

@@ -55,16 +55,33 @@ def symbols(image):
     return {row[3]: (int(row[0], 16), int(row[1], 16)) for row in rows if len(row) == 4}
 
 
+def sections(image):
+    """Bytes of text, data and bss."""
+    rows = output_of(f"{PREFIX}size", image).splitlines()
+    return tuple(map(int, rows[1].split()[:3]))
+
+
+def mavlink_bytes(map_path):
+    """Bytes in flash of MAVLink's own objects."""
+    with open(map_path, encoding="utf-8") as file:
+        text = file.read().partition("Linker script and memory map")[2]
+    return sum(int(size, 16) for address, size, file in SECTION.findall(text)
+               if 0 < int(address, 16) < RAM_START and "libgpom_mavlink.a(" in file)
+
+
 def figures(folder, beam_max):
     """{metric: bytes} of the device image, and the parts of its core."""
-    rows = output_of(f"{PREFIX}size", f"{folder}/gpom_device.elf").splitlines()
-    text, data, bss = map(int, rows[1].split()[:3])
+    text, data, bss = sections(f"{folder}/gpom_device.elf")
+    with_mavlink = sections(f"{folder}/gpom_mavlink.elf")
     parts = flash_parts(f"{folder}/gpom_device.map")
     map_bytes = symbols(f"{folder}/gpom_demo.elf")["map_memory"][1]
     core = {name: n for name, n in parts.items() if name != "runtime"}
     return {"image text": text, "image data": data, "image bss with stack": bss,
             "core text": sum(core.values()), "core text with libgcc and libc": sum(parts.values()),
-            "bytes a beam": round((map_bytes - FIXED_BYTES) / beam_max, 2)}, core
+            "bytes a beam": round((map_bytes - FIXED_BYTES) / beam_max, 2),
+            "image text with mavlink": with_mavlink[0],
+            "image bss with stack and mavlink": with_mavlink[2],
+            "mavlink text": mavlink_bytes(f"{folder}/gpom_mavlink.map")}, core
 
 
 def beam_max():

@@ -24,7 +24,7 @@ import stack_report  # noqa: E402
 M7 = "build/arm-none-eabi-cortex-m7"
 M4 = "build/arm-none-eabi-cortex-m4"
 PLUGIN = "build/host-release/libicount.so"
-IMAGES = ("demo", "costs", "device")
+IMAGES = ("demo", "costs", "device", "mavlink")
 # The PC's scalar path: one lane and fused multiply-adds, as on the target.
 FUSED_QUERY = "build/host-fused/gpom-query"
 POINTS = 1000
@@ -112,7 +112,9 @@ def costs_of(counted):
              "step worst": max(n for n, _ in intervals["step"]),
              "refresh": intervals["refresh"][0][0],
              "refresh plain": intervals["refresh_plain"][0][0],
-             "build": max(n for n, _ in intervals["build"])}
+             "build": max(n for n, _ in intervals["build"]),
+             "mavlink sectors": intervals["mavlink_sectors"][0][0],
+             "mavlink message": intervals["mavlink_message"][0][0]}
     for each in "8+8", "16+16", "plain 8+8", "plain 16+16":
         (n, units), = intervals[f"query_{each.replace(' ', '_')}"]
         costs[f"query {each}"] = n / units
@@ -213,7 +215,8 @@ def check_symbols(folder, *options):
     check = ["tools/dev/check_symbols.py", "--objdump", "arm-none-eabi-objdump", *options]
     for library in "libgpom.a", "libgpom_codec.a":
         output_of([*check, f"{folder}/{library}"])
-    output_of([*check, "--port", f"{folder}/libgpom_device.a"])
+    for library in "libgpom_device.a", "libgpom_mavlink.a":
+        output_of([*check, "--port", f"{folder}/{library}"])
     for image in IMAGES:
         output_of([*check, "--image", f"{folder}/gpom_{image}.elf"])
 
@@ -274,7 +277,9 @@ def stack_checks():
     roots = stack_graph("src/*").roots() or ["gpom_*"]
     codec = [name for name in stack_graph("ports/codec").roots() if name.startswith("gpom_wire_")]
     device = stack_graph("ports/uart").roots()
-    roots += [*(codec or ["gpom_wire_*"]), *(device or ["gpom_device_*"]), "main"]
+    autopilot = stack_graph("ports/mavlink").roots()
+    roots += [*(codec or ["gpom_wire_*"]), *(device or ["gpom_device_*"]),
+              *(autopilot or ["gpom_mavlink_*"]), "main"]
     return {f"bounded stack of {root}": root for root in roots}
 
 

@@ -144,8 +144,12 @@ class Gpomd:
         """Exit code, after all it wrote."""
         if self.process.poll() is None:
             self.process.send_signal(how)
-        self.lines += self.process.communicate(timeout=PATIENCE_S)[0].splitlines()
-        return self.process.returncode
+        late = threading.Timer(PATIENCE_S, self.process.kill)
+        late.start()
+        self.lines += self.process.stdout.read().splitlines()  # also what came with "ready"
+        code = self.process.wait()
+        late.cancel()
+        return code
 
 
 @pytest.fixture

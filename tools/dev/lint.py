@@ -34,7 +34,9 @@ COLUMNS_MAX = 100
 HOST_SIDE = {"ports/cortex_m/icount_plugin.c", "ports/template/host_test.c",
              "ports/linux/config/can_config.cpp",
              "ports/linux/config/config.cpp", "ports/linux/gpomd.cpp",
-             "ports/linux/config/words.cpp", "ports/linux/config/words.hpp"}
+             "ports/linux/config/mavlink_config.cpp", "ports/linux/config/values.cpp",
+             "ports/linux/config/values.hpp", "ports/linux/config/words.cpp",
+             "ports/linux/config/words.hpp"}
 HOST_FOLDERS = ("ports/host/", "ports/python/")
 
 PUBLIC_SYSTEM_HEADERS = {"stddef.h", "stdint.h", "stdbool.h", "limits.h", "float.h"}

@@ -26,7 +26,8 @@ INDIRECT = {
     r"^gpom_query_raster$": r"\d+answer_rasterE",
     r"^gpom_scratch_bytes$|\d+check_scratchE": r"\d+scratch_bytes_forE",
     r"\d+answer_(points|raster)E": r"\d+answer_packetI",
-    # Hooks of gpom_port_t.
+    # Hooks of gpom_mavlink_device_config_t and gpom_port_t.
+    r"^gpom_mavlink_device_tick$": r"^ports/cortex_m/mps2\.c:now_us$|^mps2_write_uart1$",
     r"^gpom_device_\w+$|^ports/uart/\w+\.c:":
         r"^ports/(cortex_m|template)/\w+\.c:(now_us|bytes_read|bytes_write|watchdog_feed|"
         r"line_overruns|watchdog_resets)$",

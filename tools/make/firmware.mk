@@ -23,7 +23,7 @@ test-firmware-programs: firmware firmware-host
 	$(Q)$(MAKE) CROSS=arm-none-eabi- CPU=cortex-m7 build/arm-none-eabi-cortex-m7/target_tests.elf
 	$(Q)$(MAKE) CPU=cortex-m4 firmware
 
-firmware-image: $(foreach i,demo costs device template,$(BUILD)/gpom_$(i).elf) \
+firmware-image: $(foreach i,demo costs device mavlink template,$(BUILD)/gpom_$(i).elf) \
     $(BUILD)/libgpom_can.a build/host-release/libicount.so
 	$(Q)tests/firmware/budget.py $(CPU)
 
@@ -38,9 +38,15 @@ $(PORT_OBJ): $(BUILD)/obj/%.o: %.c
 LD_SCRIPT := ports/cortex_m/mps2_an500.ld
 CORTEX_M := $(BUILD)/obj/ports/cortex_m
 $(BUILD)/gpom_demo.elf: $(CORTEX_M)/main.o
-$(BUILD)/gpom_costs.elf: $(CORTEX_M)/costs.o
+$(BUILD)/gpom_costs.elf: $(CORTEX_M)/costs.o $(BUILD)/libgpom_mavlink.a
 $(BUILD)/gpom_device.elf: $(CORTEX_M)/device_main.o $(CORTEX_M)/mps2.o $(BUILD)/libgpom_device.a \
     $(BUILD)/libgpom_codec.a
+# The same with an autopilot at a second UART.
+$(CORTEX_M)/mavlink_main.o: ports/cortex_m/device_main.c $(BUILD)/flags $(STREET)/street.h | \
+    $(COMPILER) presets
+	$(call compile,$(CC) $(PORT_FLAGS) -DDEVICE_MAVLINK=1)
+$(BUILD)/gpom_mavlink.elf: $(CORTEX_M)/mavlink_main.o $(CORTEX_M)/mps2.o \
+    $(BUILD)/libgpom_mavlink.a $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a
 $(BUILD)/gpom_template.elf: $(call objects,ports/template/main.c ports/template/port.c) \
     $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a
 IMAGE_FLAGS := $(CPU_FLAGS) --specs=nano.specs -nostartfiles \

@@ -18,7 +18,8 @@ define compile # compiler and flags; source, if not the first prerequisite
 endef
 
 # Archives follow the objects, each before those that it needs.
-link_inputs = $(filter %.o,$^) $(filter %_device.a,$^) $(filter %_codec.a %_can.a,$^) \
+link_inputs = $(filter %.o,$^) $(filter %_mavlink.a,$^) $(filter %_device.a,$^) \
+              $(filter %_codec.a %_can.a,$^) \
               $(filter %/libgpom.a,$^)
 define link # compiler and flags; libraries, or sources to compile and link at once
 	@mkdir -p $(@D)
@@ -35,10 +36,9 @@ endef
 COMPILER := build/setup/base \
     $(if $(CROSS),build/setup/$(if $(filter 1,$(BARE)),firmware,processors))
 
-build/setup/results build/setup/can build/setup/package: build/setup/python
+build/setup/results build/setup/can build/setup/package build/setup/mavlink: build/setup/python
 build/setup/package: build/setup/base
-build/setup/%: tools/setup tools/requirements.txt tools/requirements-results.txt \
-    tools/requirements-can.txt tools/requirements-package.txt
+build/setup/%: tools/setup $(wildcard tools/requirements*.txt)
 	$(Q)tools/setup $*
 
 # Objects are made again when a flag changes, not only when a file does.

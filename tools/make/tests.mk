@@ -15,6 +15,7 @@ CODEC_TEST_SRC := $(filter-out tests/codec/codec_echo.cpp,$(wildcard tests/codec
 CODEC_TEST_OBJ := $(call objects,$(CODEC_TEST_SRC))
 CODEC_ECHO_OBJ := $(call objects,tests/codec/codec_echo.cpp)
 CAN_TEST_OBJ   := $(call objects,$(wildcard tests/can/*.cpp))
+MAVLINK_TEST_OBJ := $(call objects,$(wildcard tests/mavlink/*.cpp))
 LINUX_TEST_OBJ := $(call objects,$(wildcard tests/linux/test_*.cpp))
 LIBRARY_MAP_OBJ := $(call objects,tests/linux/library_map.cpp)
 FUZZERS   := $(patsubst tests/fuzz/%.cpp,build/host-fuzz/%,$(wildcard tests/fuzz/*.cpp))
@@ -47,7 +48,8 @@ fuzz: fuzzers ## Fuzz each decoder: FUZZ_RUNS inputs, or FUZZ_SECONDS
 
 test-programs: lib tools unit tool-tests codec-tests linux-tests $(BUILD)/api_c99 \
     $(BUILD)/template_test build/setup/python
-	$(Q)$(MAKE) CONFIG=sanitize unit codec-tests build/host-sanitize/template_test
+	$(Q)$(MAKE) CONFIG=sanitize unit codec-tests \
+	    $(addprefix build/host-sanitize/,template_test mavlink_tests)
 
 unit: $(BUILD)/unit_tests
 
@@ -57,8 +59,8 @@ tsan: $(BUILD)/tsan_tests
 
 codec-tests: $(BUILD)/codec_tests $(BUILD)/codec-echo
 
-linux-tests: gpomd $(BUILD)/gpom-sim $(BUILD)/gpom-query $(BUILD)/library-map \
-    $(BUILD)/linux_tests $(BUILD)/lcm/stamp
+linux-tests: gpomd $(BUILD)/mavlink_tests $(BUILD)/libgpom_mavlink.so $(BUILD)/gpom-sim \
+    $(BUILD)/gpom-query $(BUILD)/library-map $(BUILD)/linux_tests $(BUILD)/lcm/stamp
 
 can-tests: gpomd $(BUILD)/can_tests $(BUILD)/libgpom_can.so $(BUILD)/gpom-sim $(BUILD)/lcm/stamp \
     $(BUILD)/linux_tests
@@ -78,13 +80,13 @@ processors: $(BUILD)/snapshot_bytes ## Build tests for 64-bit Arm and a big-endi
 	    $(MAKE) $(BIG_ENDIAN) build/s390x-linux-gnu-s390x/snapshot_bytes; fi
 
 $(TEST_OBJ) $(TOOL_TEST_OBJ) $(SNAPSHOT_OBJ) $(TSAN_OBJ) $(C99_OBJ) $(CODEC_TEST_OBJ) \
-    $(CODEC_ECHO_OBJ) $(CAN_TEST_OBJ) $(LINUX_TEST_OBJ) $(LIBRARY_MAP_OBJ): \
+    $(CODEC_ECHO_OBJ) $(CAN_TEST_OBJ) $(MAVLINK_TEST_OBJ) $(LINUX_TEST_OBJ) $(LIBRARY_MAP_OBJ): \
     $(BUILD)/flags | $(COMPILER)
 $(TEST_OBJ): | build/setup/test $(if $(CROSS),$(CROSS_INCLUDE)/stamp)
 $(CODEC_TEST_OBJ): $(BUILD)/lcm/stamp | build/setup/test
-$(TOOL_TEST_OBJ) $(CAN_TEST_OBJ) $(LINUX_TEST_OBJ): | build/setup/test
-$(TEST_OBJ) $(TOOL_TEST_OBJ) $(CAN_TEST_OBJ) $(LINUX_TEST_OBJ) $(LIBRARY_MAP_OBJ): \
-    $(BUILD)/obj/%.o: %.cpp
+$(TOOL_TEST_OBJ) $(CAN_TEST_OBJ) $(MAVLINK_TEST_OBJ) $(LINUX_TEST_OBJ): | build/setup/test
+$(TEST_OBJ) $(TOOL_TEST_OBJ) $(CAN_TEST_OBJ) $(MAVLINK_TEST_OBJ) $(LINUX_TEST_OBJ) \
+    $(LIBRARY_MAP_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(BRIEF_FLAGS))
 $(SNAPSHOT_OBJ) $(TSAN_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
@@ -131,13 +133,20 @@ $(BUILD)/codec-echo: $(CODEC_ECHO_OBJ) $(BUILD)/obj/tests/codec/types.o $(BUILD)
 	$(call link,$(CXX) $(HOST_FLAGS),-lz)
 $(BUILD)/can_tests: $(CAN_TEST_OBJ) $(BUILD)/obj/tests/common/main.o $(BUILD)/libgpom_can.a
 	$(call link,$(CXX) $(HOST_FLAGS))
+$(BUILD)/mavlink_tests: $(MAVLINK_TEST_OBJ) $(BUILD)/obj/tests/common/main.o \
+    $(BUILD)/libgpom_mavlink.a $(BUILD)/libgpom_device.a $(BUILD)/libgpom_codec.a $(BUILD)/libgpom.a
+	$(call link,$(CXX) $(HOST_FLAGS),$(CORE_LIBS))
 # For tests by ctypes: all that is hidden in the library is open here.
 $(BUILD)/libgpom_can.so: $(CAN_SRC) $(wildcard ports/can/*.h ports/can/examples/*.h) | $(COMPILER)
 	$(call link,$(CC) -std=c99 -pedantic-errors -shared -O2 -fPIC $(WARN) $(INCLUDES),$(CAN_SRC))
+$(BUILD)/libgpom_mavlink.so: ports/mavlink/messages.c ports/mavlink/messages.h | \
+    $(COMPILER) $(MAVLINK_INCLUDE)/stamp
+	$(call link,$(CC) -std=c99 -pedantic-errors -shared -O2 -fPIC $(WARN) $(INCLUDES) \
+	    -isystem $(MAVLINK_INCLUDE),$<)
 $(BUILD)/library-map: $(LIBRARY_MAP_OBJ) $(LINUX_LIB) $(SCAN_LIB)
 $(BUILD)/linux_tests: $(LINUX_TEST_OBJ) $(BUILD)/obj/tests/common/main.o $(LINUX_LIB)
 $(BUILD)/library-map $(BUILD)/linux_tests: $(BUILD)/libgpom.a $(BUILD)/libgpom_codec.a \
-    $(BUILD)/libgpom_can.a
+    $(BUILD)/libgpom_can.a $(BUILD)/libgpom_mavlink.a
 	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))
 
 # Fuzzers: clang compiles the codec again with libFuzzer's coverage and both sanitizers.

@@ -23,7 +23,7 @@ COUNTS = {0: "scans_received", 1: "scans_inserted", 2: "scans_bad_pose", 3: "sca
           48: "can_received", 49: "can_bad_length", 50: "can_bad_crc", 51: "can_bad_counter",
           52: "can_bad_value", 53: "can_lost", 54: "can_reordered", 55: "can_errors",
           56: "can_bus_offs", 57: "can_overflows", 58: "can_downs", 59: "can_sent",
-          60: "can_not_sent", 61: "odometry_gaps",
+          60: "can_not_sent", 61: "odometry_gaps", 62: "mavlink_sent", 63: "mavlink_not_sent",
           64: "frames_received", 65: "frames_short", 66: "frames_long", 67: "frames_corrupt",
           68: "frames_repeated", 69: "frames_lost", 70: "datagrams_refused",
           71: "messages_incomplete", 72: "messages_other", 73: "line_overruns",
@@ -94,4 +94,6 @@ PROBLEMS = [  # in the order of their bits, lowest first; gpomd's log also names
     ("messages_incomplete", "fragments of messages are lost on the way"),
     ("can_frames", "CAN frames do not fit [can.odometry]: compare them with `candump`"),
     ("can_bus", "CAN frames are lost or not sent: `ip -details -statistics link show`"),
+    ("mavlink", "MAVLink messages are not sent: is mavlink.to right, and does the autopilot "
+                "listen?"),
 ]

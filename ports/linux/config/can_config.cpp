@@ -1,11 +1,11 @@
 #include "ports/linux/config/can_config.hpp"
 
 #include "ports/host/toml_table.hpp"
+#include "ports/linux/config/values.hpp"
 
 #include <linux/can.h>
 
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <iterator>
 #include <string>
@@ -19,43 +19,11 @@ namespace
 
 using gpom_tools::TomlTable;
 
-constexpr char kRemove[] = "; remove it";
-
-struct Limits {
-    double low, high;
-};
-
-/// A number within limits. `otherwise` is the default for an absent key.
-double number(const TomlTable &table, const std::string &key, double otherwise,
-              const Limits &limits)
-{
-    const double value = table.has(key) ? table.number(key) : otherwise;
-    if (!(value >= limits.low && value <= limits.high)) {
-        char text[80];
-        std::snprintf(text, sizeof text, ": must be from %g to %g", limits.low, limits.high);
-        table.fail(key, key + text);
-    }
-    return value;
-}
-
-std::int64_t whole(const TomlTable &table, const std::string &key, std::int64_t otherwise,
-                   std::int64_t low, std::int64_t high)
-{
-    return table.has(key) ? table.whole(key, low, high) : otherwise;
-}
-
-bool truth(const TomlTable &table, const std::string &key, bool otherwise)
-{
-    return table.has(key) ? table.truth(key) : otherwise;
-}
-
-std::int64_t microseconds(double seconds) { return std::llround(1e6 * seconds); }
-
 /// An identifier as in struct can_frame. An identifier over 0x7FF has 29 bits.
 std::uint32_t identifier(const TomlTable &table, const std::string &key, std::uint32_t otherwise)
 {
     const auto id = static_cast<std::uint32_t>(
-        whole(table, key, static_cast<std::int64_t>(otherwise), 0, CAN_EFF_MASK));
+        whole_or(table, key, static_cast<std::int64_t>(otherwise), 0, CAN_EFF_MASK));
     return id > CAN_SFF_MASK ? id | CAN_EFF_FLAG : id;
 }
 
@@ -108,9 +76,9 @@ CanSignalConfig read_signal(const TomlTable &odometry, const std::string &key, C
         config.messages[config.n_messages++].id = identifier(table, "id", 0);
     }
     signal.signal = read_bits(table, 64);
-    signal.signal.is_signed = truth(table, "signed", false);
-    signal.signal.factor = number(table, "factor", 1.0, {-1e9, 1e9});
-    signal.signal.offset = number(table, "offset", 0.0, {-1e9, 1e9});
+    signal.signal.is_signed = truth_or(table, "signed", false);
+    signal.signal.factor = number_or(table, "factor", 1.0, {-1e9, 1e9});
+    signal.signal.offset = number_or(table, "offset", 0.0, {-1e9, 1e9});
     if (gpom_can_signal_bytes(&signal.signal) > bytes_max(config)) {
         table.fail("start", "start: the signal reaches beyond 8 bytes: needs CAN FD; set can.fd = "
                             "true");
@@ -121,7 +89,7 @@ CanSignalConfig read_signal(const TomlTable &odometry, const std::string &key, C
     signal.has_absent = table.has("absent");
     const std::int64_t most =
         signal.signal.n_bits < 63 ? (std::int64_t{1} << signal.signal.n_bits) - 1 : INT64_MAX;
-    signal.absent = static_cast<std::uint64_t>(whole(table, "absent", 0, 0, most));
+    signal.absent = static_cast<std::uint64_t>(whole_or(table, "absent", 0, 0, most));
     return signal;
 }
 
@@ -135,7 +103,7 @@ void read_counter(const TomlTable &message, gpom_can_protection_t &protection)
     protection.has_counter = true;
     protection.counter = read_bits(table, 31);
     const std::int64_t most = (std::int64_t{1} << protection.counter.n_bits) - 1;
-    protection.counter_max = static_cast<std::uint32_t>(whole(table, "max", most, 1, most));
+    protection.counter_max = static_cast<std::uint32_t>(whole_or(table, "max", most, 1, most));
 }
 
 void read_crc(const TomlTable &table, gpom_can_protection_t &protection)
@@ -203,7 +171,8 @@ void read_messages(const TomlTable &odometry, CanConfig &config)
         }
         is_read[i_message] = true;
         CanMessageConfig &message = config.messages[i_message];
-        message.n_bytes = static_cast<std::size_t>(whole(table, "bytes", 0, 1, GPOM_CAN_BYTES_MAX));
+        message.n_bytes =
+            static_cast<std::size_t>(whole_or(table, "bytes", 0, 1, GPOM_CAN_BYTES_MAX));
         read_crc(table, message.protection);
         read_counter(table, message.protection);
         check_message(table, config, i_message);
@@ -226,8 +195,7 @@ void read_odometry(const TomlTable &can, CanConfig &config)
         table.fail("left", "left: give either speed and yaw_rate, or left and right");
     }
     if (config.is_wheels) {
-        table.number("track_m"); // the key is required
-        config.track_m = number(table, "track_m", 1.0, {0.01, 100.0});
+        config.track_m = number_in(table, "track_m", {0.01, 100.0});
     } else if (table.has("track_m")) {
         table.fail("track_m", "track_m: only with left and right; remove it");
     }
@@ -236,14 +204,14 @@ void read_odometry(const TomlTable &can, CanConfig &config)
         config.signals[1] = read_signal(table, config.is_wheels ? "right" : "yaw_rate", config);
     }
     read_messages(table, config); // also refuses messages without a signal
-    config.latency_us = microseconds(number(table, "latency_s", 0.0, {-10.0, 10.0}));
+    config.latency_us = seconds_or(table, "latency_s", 0.0, {-10.0, 10.0});
     OdometryConfig &odometry = config.odometry;
-    odometry.timeout_us = microseconds(number(table, "timeout_s", 0.2, {0.001, 10.0}));
-    odometry.carry_us = microseconds(number(table, "carry_s", 5.0, {0.01, 60.0}));
-    odometry.speed_scale_sd = number(table, "speed_scale_sd", 0.02, {0.0, 1.0});
-    odometry.yaw_rate_bias_sd = number(table, "yaw_rate_bias_sd", 0.005, {0.0, 10.0});
-    odometry.speed_noise = number(table, "speed_noise", 0.01, {0.0, 10.0});
-    odometry.yaw_rate_noise = number(table, "yaw_rate_noise", 0.001, {0.0, 10.0});
+    odometry.timeout_us = seconds_or(table, "timeout_s", 0.2, {0.001, 10.0});
+    odometry.carry_us = seconds_or(table, "carry_s", 5.0, {0.01, 60.0});
+    odometry.speed_scale_sd = number_or(table, "speed_scale_sd", 0.02, {0.0, 1.0});
+    odometry.yaw_rate_bias_sd = number_or(table, "yaw_rate_bias_sd", 0.005, {0.0, 10.0});
+    odometry.speed_noise = number_or(table, "speed_noise", 0.01, {0.0, 10.0});
+    odometry.yaw_rate_noise = number_or(table, "yaw_rate_noise", 0.001, {0.0, 10.0});
 }
 
 /// Read `NAME_hz` and `NAME_id`. 0 Hz: the message is not sent.
@@ -251,7 +219,7 @@ CanSendConfig read_send(const TomlTable &table, const std::string &name, double 
                         std::uint32_t otherwise_id)
 {
     constexpr double kLeast_hz = 0.001;
-    const double hz = number(table, name + "_hz", otherwise_hz, {0.0, 100.0});
+    const double hz = number_or(table, name + "_hz", otherwise_hz, {0.0, 100.0});
     if (hz > 0.0 && hz < kLeast_hz) {
         table.fail(name + "_hz", name + "_hz: must be 0 or at least 0.001");
     }
@@ -326,9 +294,9 @@ void read_sending(const TomlTable &root, const TomlTable &can, CanConfig &config
     config.clearance = read_send(table, "clearance", 10.0, GPOM_CAN_CLEARANCE_ID);
     config.clearance_fd = read_send(table, "clearance_fd", 0.0, GPOM_CAN_CLEARANCE_FD_ID);
     config.tile = read_send(table, "tile", 0.0, GPOM_CAN_TILE_ID);
-    config.range_m = static_cast<float>(number(table, "range_m", 25.0, {0.1, 25.3}));
-    config.radius_m = static_cast<float>(number(table, "radius_m", 0.5, {0.0, 20.0}));
-    config.tiles_beside = static_cast<std::int32_t>(whole(table, "tiles_beside", 2, 0, 7));
+    config.range_m = static_cast<float>(number_or(table, "range_m", 25.0, {0.1, 25.3}));
+    config.radius_m = static_cast<float>(number_or(table, "radius_m", 0.5, {0.0, 20.0}));
+    config.tiles_beside = static_cast<std::int32_t>(whole_or(table, "tiles_beside", 2, 0, 7));
     check_ids(can, table, config);
     for (const char *const key : {"clearance_fd_hz", "tile_hz"}) {
         if (table.has(key) && table.number(key) > 0.0 && !config.has_fd) {
@@ -355,9 +323,9 @@ void read_can(const TomlTable &root, CanConfig &config)
                                     std::to_string(sizeof config.interface - 1) + " characters");
     }
     std::memcpy(config.interface, name.c_str(), name.size() + 1);
-    config.has_fd = truth(table, "fd", false);
+    config.has_fd = truth_or(table, "fd", false);
     config.receive_bytes =
-        static_cast<std::uint32_t>(whole(table, "receive_bytes", 1 << 20, 4096, 1 << 26));
+        static_cast<std::uint32_t>(whole_or(table, "receive_bytes", 1 << 20, 4096, 1 << 26));
     read_odometry(table, config);
     read_sending(root, table, config);
 }

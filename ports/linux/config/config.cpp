@@ -4,11 +4,11 @@
 #include "ports/host/toml_table.hpp"
 #include "ports/linux/base/network.hpp"
 #include "ports/linux/config/grid_corner.hpp"
+#include "ports/linux/config/values.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <set>
 #include <string>
@@ -56,37 +56,10 @@ void read_word(const TomlTable &table, const std::string &key, const std::string
     copy_word(table, key, table.has(key) ? table.word(key) : otherwise, target);
 }
 
-struct Range {
-    double low, high;
-};
-
-double number_in(const TomlTable &table, const std::string &key, const Range &range)
-{
-    const double value = table.number(key);
-    if (!(value >= range.low && value <= range.high)) {
-        char text[80];
-        std::snprintf(text, sizeof text, ": must be from %g to %g", range.low, range.high);
-        table.fail(key, key + text);
-    }
-    return value;
-}
-
-double number_or(const TomlTable &table, const std::string &key, double otherwise,
-                 const Range &range)
-{
-    return table.has(key) ? number_in(table, key, range) : otherwise;
-}
-
 std::uint32_t count_or(const TomlTable &table, const std::string &key, std::uint32_t otherwise,
                        std::int64_t low, std::int64_t high)
 {
-    return table.has(key) ? static_cast<std::uint32_t>(table.whole(key, low, high)) : otherwise;
-}
-
-std::int64_t seconds_or(const TomlTable &table, const std::string &key, double otherwise_s,
-                        const Range &range_s)
-{
-    return std::llround(1e6 * number_or(table, key, otherwise_s, range_s));
+    return static_cast<std::uint32_t>(whole_or(table, key, otherwise, low, high));
 }
 
 /// Largest value of a position or an angle. Everything computed from it is finite. Beyond it, float
@@ -107,11 +80,6 @@ std::vector<double> tuple(const TomlTable &table, const std::string &key, std::s
     return values;
 }
 
-template <class Type> struct Named {
-    const char *name;
-    Type type;
-};
-
 constexpr Named<ScanType> kScanTypes[] = {{"gpom.scan_t", ScanType::gpom_scan},
                                           {"bot_core.planar_lidar_t", ScanType::planar_lidar},
                                           {"mbot_lcm_msgs.lidar_t", ScanType::lidar}};
@@ -122,20 +90,6 @@ constexpr Named<JumpRule> kJumpRules[] = {{"none", JumpRule::none},
                                           {"keep", JumpRule::keep},
                                           {"forget", JumpRule::forget},
                                           {"clear", JumpRule::clear}};
-
-template <class Type, std::size_t N>
-Type type_of(const TomlTable &table, const std::string &key, const Named<Type> (&types)[N])
-{
-    const std::string word = table.word(key);
-    std::string names;
-    for (const Named<Type> &named : types) {
-        if (word == named.name) {
-            return named.type;
-        }
-        names += (names.empty() ? "" : ", ") + std::string(named.name);
-    }
-    table.fail(key, key + ": \"" + word + "\" is not one of " + names);
-}
 
 void read_masks(const TomlTable &table, SensorConfig &config)
 {
@@ -171,8 +125,8 @@ void read_sensor(const TomlTable &table, SensorConfig &config)
     table.refuse_keys_beyond({"channel", "type", "id", "mount", "range_min_m", "range_max_m",
                               "range_sd_m", "upside_down", "masks", "latency_s", "gap_max_s",
                               "no_return", "zero", "too_near"},
-                             "; remove it");
-    config.type = type_of(table, "type", kScanTypes);
+                             kRemove);
+    config.type = choice_of(table, "type", kScanTypes);
     const bool is_own = config.type == ScanType::gpom_scan;
     read_channel(table, "channel", is_own ? "GPOM_SCAN" : "LIDAR", config.channel);
     if (table.has("id") && !is_own) {
@@ -196,7 +150,7 @@ void read_sensor(const TomlTable &table, SensorConfig &config)
     config.sensor.range_max_m = static_cast<float>(range_max_m);
     const double range_sd_m = number_or(table, "range_sd_m", 0.0, {0.0, 1e3});
     config.sensor.range_var_m2 = static_cast<float>(range_sd_m * range_sd_m);
-    config.sensor.upside_down = table.has("upside_down") && table.truth("upside_down") ? 1 : 0;
+    config.sensor.upside_down = truth_or(table, "upside_down", false) ? 1 : 0;
     const std::string no_return = table.has("no_return") ? table.word("no_return") : "free";
     if (no_return != "free" && no_return != "ignore") {
         table.fail("no_return", "no_return: \"" + no_return + "\" is not one of free, ignore");
@@ -218,8 +172,8 @@ void read_pose(const TomlTable &root, PoseConfig &config)
     }
     const TomlTable table = root.table("pose");
     table.refuse_keys_beyond({"channel", "type", "sd", "gap_max_s", "wait_max_s", "hold_s"},
-                             "; remove it");
-    config.type = table.has("type") ? type_of(table, "type", kPoseTypes) : PoseType::bot_pose;
+                             kRemove);
+    config.type = table.has("type") ? choice_of(table, "type", kPoseTypes) : PoseType::bot_pose;
     read_channel(table, "channel", "POSE", config.channel);
     if (table.has("sd")) {
         const std::vector<double> sd = tuple(table, "sd", 3);
@@ -243,8 +197,8 @@ void read_jump(const TomlTable &root, JumpConfig &jump)
     }
     const TomlTable table = root.table("jump");
     table.refuse_keys_beyond(
-        {"rule", "distance_m", "speed_mps", "turn_rad", "turn_radps", "forget_m"}, "; remove it");
-    jump.rule = table.has("rule") ? type_of(table, "rule", kJumpRules) : jump.rule;
+        {"rule", "distance_m", "speed_mps", "turn_rad", "turn_radps", "forget_m"}, kRemove);
+    jump.rule = table.has("rule") ? choice_of(table, "rule", kJumpRules) : jump.rule;
     jump.distance_m = number_or(table, "distance_m", jump.distance_m, {1e-3, 1e6});
     jump.speed_mps = number_or(table, "speed_mps", jump.speed_mps, {0.0, 1e3});
     jump.turn_rad = number_or(table, "turn_rad", jump.turn_rad, {1e-3, 10.0});
@@ -293,7 +247,7 @@ void read_sensors(const TomlTable &root, Config &config)
 void read_raster(const TomlTable &root, gpom_config_t &map)
 {
     const TomlTable table = root.table("raster");
-    table.refuse_keys_beyond({"cell_m", "nx", "ny", "corner", "reach_m", "unknown"}, "; remove it");
+    table.refuse_keys_beyond({"cell_m", "nx", "ny", "corner", "reach_m", "unknown"}, kRemove);
     map.lowres_cell_m = number_in(table, "cell_m", {1e-3, 1e6});
     map.lowres_nx = static_cast<std::uint16_t>(table.whole("nx", 1, INT16_MAX));
     map.lowres_ny = static_cast<std::uint16_t>(table.whole("ny", 1, INT16_MAX));
@@ -317,8 +271,7 @@ void read_map(const TomlTable &root, gpom_config_t &map)
 {
     const TomlTable table = root.table("map");
     table.refuse_keys_beyond(
-        {"beam_max", "keep_m", "clear_scans", "far_m", "old_s", "rebase_m", "origin"},
-        "; remove it");
+        {"beam_max", "keep_m", "clear_scans", "far_m", "old_s", "rebase_m", "origin"}, kRemove);
     map.beam_max = count_or(table, "beam_max", 20000, 1, GPOM_BEAM_MAX);
     map.keep_m = static_cast<float>(number_or(table, "keep_m", 0.1, {0.0, 1e3}));
     if (map.keep_m > 0.0f && map.keep_m < 1e-3f) {
@@ -350,7 +303,7 @@ void read_intake(const TomlTable &root, Config &config)
     if (root.has("intake")) {
         const TomlTable table = root.table("intake");
         table.refuse_keys_beyond(
-            {"ranges_max", "queue_scans", "ahead_max_s", "age_max_s", "step_ops"}, "; remove it");
+            {"ranges_max", "queue_scans", "ahead_max_s", "age_max_s", "step_ops"}, kRemove);
         IntakeConfig &intake = config.intake;
         intake.ranges_max = count_or(table, "ranges_max", intake.ranges_max, 1, GPOM_RANGES_MAX);
         intake.queue_scans = count_or(table, "queue_scans", intake.queue_scans, 2, 4096);
@@ -381,7 +334,7 @@ void read_publish(const TomlTable &root, Config &config)
     table.refuse_keys_beyond({"map", "request", "status", "query", "answer", "grid", "pixels",
                               "map_hz", "keyframe_s", "grid_s", "status_s", "stale_s",
                               "query_crc_optional"},
-                             "; remove it");
+                             kRemove);
     read_channel(table, "map", "GPOM_MAP", publish.map);
     read_channel(table, "request", "GPOM_MAP_REQUEST", publish.request);
     read_channel(table, "status", "GPOM_STATUS", publish.status);
@@ -389,9 +342,7 @@ void read_publish(const TomlTable &root, Config &config)
     read_channel(table, "answer", "GPOM_ANSWER", publish.answer);
     read_channel(table, "grid", "", publish.grid);
     read_channel(table, "pixels", "", publish.pixels);
-    publish.is_query_crc_optional = table.has("query_crc_optional")
-                                        ? table.truth("query_crc_optional")
-                                        : is_local(config.lcm_url);
+    publish.is_query_crc_optional = truth_or(table, "query_crc_optional", is_local(config.lcm_url));
     publish.map_period_us = std::llround(1e6 / number_or(table, "map_hz", 20.0, {0.01, 1000.0}));
     publish.keyframe_period_us = seconds_or(table, "keyframe_s", 5.0, {0.05, 1e6});
     publish.grid_period_us = seconds_or(table, "grid_s", 1.0, {0.05, 1e6});
@@ -455,7 +406,7 @@ void read_snapshot(const TomlTable &root, const std::string &path, Config &confi
         return;
     }
     const TomlTable table = root.table("snapshot");
-    table.refuse_keys_beyond({"path", "period_s"}, "; remove it");
+    table.refuse_keys_beyond({"path", "period_s"}, kRemove);
     const std::string name = table.has("path") ? table.word("path") : "/var/lib/gpom/map";
     copy_word(table, "path", beside(path, name), config.snapshot_path);
     config.snapshot_period_us = seconds_or(table, "period_s", 10.0, {0.1, 1e6});
@@ -477,8 +428,8 @@ void read_config(const char *path, Config &config)
     const toml::table file = gpom_tools::parse_toml(path, "configuration");
     const TomlTable root(path, file);
     root.refuse_keys_beyond({"params", "lcm_url", "sensor", "pose", "jump", "map", "raster",
-                             "intake", "publish", "snapshot", "can"},
-                            "; remove it");
+                             "intake", "publish", "snapshot", "can", "mavlink"},
+                            kRemove);
     config = Config{};
     gpom_config_init(&config.map);
     const std::string params_path = beside(path, root.word("params"));
@@ -509,6 +460,7 @@ void read_config(const char *path, Config &config)
     check_grid(root, config);
     read_snapshot(root, path, config);
     read_can(root, config.can);
+    read_mavlink(root, config.mavlink);
 }
 
 } // namespace gpomd

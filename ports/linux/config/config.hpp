@@ -5,6 +5,7 @@
 #include "gpom/gpom.h"
 #include "ports/codec/codec.h"
 #include "ports/linux/config/can_config.hpp"
+#include "ports/linux/config/mavlink_config.hpp"
 #include "ports/linux/pose/frame_jump.hpp"
 
 #include <cstddef>
@@ -90,6 +91,7 @@ struct Config {
     char snapshot_path[kPathMax]; ///< Empty: no snapshots.
     std::int64_t snapshot_period_us;
     CanConfig can;
+    MavlinkConfig mavlink;
 };
 
 /// Read and check a file. Paths in the file are relative to it. `config` must not move, because

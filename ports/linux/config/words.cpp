@@ -374,7 +374,8 @@ constexpr Writer kWriters[] = {{GPOM_WIRE_PROBLEM_SCAN_TYPE, type_sentence},
                                {GPOM_WIRE_PROBLEM_DATAGRAMS_BAD, drop_sentence},
                                {GPOM_WIRE_PROBLEM_MESSAGES_INCOMPLETE, drop_sentence},
                                {GPOM_WIRE_PROBLEM_CAN_FRAMES, drop_sentence},
-                               {GPOM_WIRE_PROBLEM_CAN_BUS, drop_sentence}};
+                               {GPOM_WIRE_PROBLEM_CAN_BUS, drop_sentence},
+                               {GPOM_WIRE_PROBLEM_MAVLINK, drop_sentence}};
 
 } // namespace
 
@@ -416,6 +417,8 @@ const Drop kDrops[kDropCount] = {
     {GPOM_WIRE_CAN_OVERFLOWS, "CAN frames by the kernel", GPOM_WIRE_PROBLEM_CAN_BUS,
      "raise can.receive_bytes"},
     {GPOM_WIRE_CAN_NOT_SENT, "CAN frames not sent", GPOM_WIRE_PROBLEM_CAN_BUS, kCanBusRemedy},
+    {GPOM_WIRE_MAVLINK_NOT_SENT, "MAVLink messages not sent", GPOM_WIRE_PROBLEM_MAVLINK,
+     "the line about mavlink.to says why; docs/counters.md lists causes"},
     {GPOM_WIRE_DATAGRAMS_LOST, "datagrams lost", GPOM_WIRE_PROBLEM_DATAGRAMS_LOST,
      "gpomd got no processor for too long: `sysctl -w net.core.rmem_max=4194304`, then start it "
      "again"},

@@ -23,7 +23,7 @@ struct Drop {
 
 /// All drop counters that the log reports. Fragments of messages too long for gpomd are not
 /// reported, because they belong to other programs or to gpomd's own grid.
-constexpr std::size_t kDropCount = 38;
+constexpr std::size_t kDropCount = 39;
 extern const Drop kDrops[kDropCount];
 
 /// One sentence for a problem: channel, type, value, and what to do.

@@ -1,7 +1,5 @@
 #include "ports/linux/out/can_picture.hpp"
 
-#include "ports/linux/base/clock.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -11,11 +9,14 @@ namespace gpomd
 namespace
 {
 
+static_assert(GPOM_CAN_STARTING == static_cast<int>(GPOM_WIRE_STATE_STARTING) &&
+                  GPOM_CAN_MAPPING == static_cast<int>(GPOM_WIRE_STATE_MAPPING) &&
+                  GPOM_CAN_STALE == static_cast<int>(GPOM_WIRE_STATE_STALE) &&
+                  GPOM_CAN_STOPPING == static_cast<int>(GPOM_WIRE_STATE_STOPPING),
+              "frames and messages number the states alike");
+
 /// A fault is shown for this time after its counter rose.
 constexpr std::int64_t kFaultShown_us = 1000000;
-
-/// Number of tries to copy the map. A jump of its frame spoils a copy.
-constexpr int kCopyTries = 4;
 
 /// Counters behind each bit of GPOM_Status, from the lowest bit on. A list ends with 0, which is
 /// the place of a counter that is no fault.
@@ -95,11 +96,12 @@ std::size_t CanPicture::need(const Config &config)
     return Memory::need<gpom_cell_t>(copied_cells(config));
 }
 
-void CanPicture::init(const Config &config, Memory &memory, const PictureLinks &links)
+void CanPicture::init(const Config &config, Memory &memory, const SurroundingsLinks &links)
 {
     static_assert(sizeof kCauses / sizeof *kCauses == kFaults, "a list for each bit");
     config_ = &config;
     links_ = links;
+    surroundings_.init(config, links);
     n_cells_ = copied_cells(config);
     cells_ = n_cells_ > 0 ? memory.take<gpom_cell_t>(n_cells_) : nullptr;
 }
@@ -107,7 +109,7 @@ void CanPicture::init(const Config &config, Memory &memory, const PictureLinks &
 void CanPicture::look(std::int64_t now_us)
 {
     now_us_ = now_us;
-    n_inserted_ = (*links_.counts)[GPOM_WIRE_SCANS_INSERTED]; // the state contains all these scans
+    surroundings_.look(now_us);
     for (std::size_t i = 0; i < kFaults; ++i) {
         const std::int64_t n = sum_of(*links_.counts, kCauses[i]);
         fault_us_[i] = n != n_faults_[i] ? now_us : fault_us_[i];
@@ -115,42 +117,11 @@ void CanPicture::look(std::int64_t now_us)
     }
 }
 
-/// The map is old if its newest scan was inserted long ago, or if the stamp of that scan is long
-/// ago.
-gpom_can_state_t CanPicture::state_of(const PortState &port)
-{
-    age_us_ = -1;
-    if (n_inserted_ == 0 || map_.stamp_us == 0) {
-        return port.is_stopping ? GPOM_CAN_STOPPING : GPOM_CAN_STARTING;
-    }
-    age_us_ = std::max({wall_us() - map_.stamp_us, now_us_ - map_.fresh_us, std::int64_t{0}});
-    return port.is_stopping                            ? GPOM_CAN_STOPPING
-           : age_us_ > config_->publish.stale_after_us ? GPOM_CAN_STALE
-                                                       : GPOM_CAN_MAPPING;
-}
-
-/// Place where the newest scan was taken, carried on by the odometry since then.
-void CanPicture::find_place()
-{
-    place_ = {map_.stamp_us, map_.pose[0], map_.pose[1], map_.pose[2]};
-    std::int64_t newest_us = 0;
-    StampedPose carried = {};
-    PoseCov cov = {};
-    if (links_.odometry->newest(newest_us) && newest_us > place_.stamp_us &&
-        links_.odometry->carry(place_, newest_us, carried, cov) == PoseMatch::found) {
-        place_ = carried;
-    }
-}
-
-/// Fill the sectors. False: there is no map, it is not of the frame of the place, or the place is
-/// not known. Outside of the raster all sectors are unknown.
+/// Fill the sectors.
 bool CanPicture::look_about(gpom_sector_t *sectors, std::size_t n_sectors)
 {
-    const gpom_lookout_t lookout = {place_.x_m, place_.y_m, place_.yaw_rad, config_->can.range_m,
-                                    config_->can.radius_m};
-    const gpom_status_t status =
-        gpom_sectors(links_.mapping->map(), &lookout, sectors, n_sectors, &info_);
-    return (status == GPOM_OK || status == GPOM_ERR_REACH) && info_.frame_epoch == map_.frame_epoch;
+    const CanConfig &can = config_->can;
+    return surroundings_.look_about({can.range_m, can.radius_m, sectors, n_sectors}, info_);
 }
 
 /// Copy the cells if they are needed. False: they are not of the frame of the place.
@@ -159,18 +130,15 @@ bool CanPicture::copy()
     return n_cells_ == 0 ||
            (gpom_lowres_copy(links_.mapping->map(), GPOM_LAYER_COARSE, cells_,
                              static_cast<std::uint32_t>(n_cells_), &info_) == GPOM_OK &&
-            info_.frame_epoch == map_.frame_epoch);
+            info_.frame_epoch == surroundings_.map().frame_epoch);
 }
 
 void CanPicture::take(const PortState &port)
 {
     has_map_ = false;
-    for (int i = 0; i < kCopyTries && !has_map_; ++i) {
-        // Before the cells: they may be newer than the state, never older.
-        map_ = links_.mapping->state();
-        state_ = state_of(port);
-        find_place();
-        has_map_ = state_ == GPOM_CAN_MAPPING && look_about(sectors_, GPOM_CAN_SECTORS) &&
+    for (int i = 0; i < Surroundings::kTries && !has_map_; ++i) {
+        surroundings_.take(port.is_stopping);
+        has_map_ = look_about(sectors_, GPOM_CAN_SECTORS) &&
                    (config_->can.clearance_fd.period_us == 0 ||
                     look_about(fd_sectors_, GPOM_CAN_FD_SECTORS)) &&
                    copy();
@@ -184,10 +152,10 @@ void CanPicture::take(const PortState &port)
     for (std::size_t i = 0; i < kFaults; ++i) {
         show_fault(1u << i, fault_us_[i] > 0 && now_us_ - fault_us_[i] < kFaultShown_us);
     }
-    show_fault(GPOM_CAN_FAULT_SCAN, state_ == GPOM_CAN_STALE);
+    show_fault(GPOM_CAN_FAULT_SCAN, surroundings_.state() == GPOM_WIRE_STATE_STALE);
     show_fault(GPOM_CAN_FAULT_POSE, port.is_silent);
     show_fault(GPOM_CAN_FAULT_CAN, port.is_bus_off);
-    show_fault(GPOM_CAN_FAULT_FULL, map_.n_beams >= config_->map.beam_max);
+    show_fault(GPOM_CAN_FAULT_FULL, surroundings_.map().n_beams >= config_->map.beam_max);
 }
 
 void CanPicture::show_fault(unsigned bit, bool is_shown)
@@ -198,10 +166,11 @@ void CanPicture::show_fault(unsigned bit, bool is_shown)
 gpom_can_status_t CanPicture::status() const
 {
     gpom_can_status_t message = {};
-    message.state = static_cast<std::uint8_t>(state_);
-    message.age = age_us_ < 0 ? static_cast<std::uint8_t>(GPOM_CAN_AGE_UNKNOWN)
-                              : gpom_can_age_code(1e-6f * static_cast<float>(age_us_));
-    message.sequence = static_cast<std::uint8_t>(n_inserted_ & 0xFF);
+    message.state = static_cast<std::uint8_t>(surroundings_.state());
+    const std::int64_t age_us = surroundings_.age_us();
+    message.age = age_us < 0 ? static_cast<std::uint8_t>(GPOM_CAN_AGE_UNKNOWN)
+                             : gpom_can_age_code(1e-6f * static_cast<float>(age_us));
+    message.sequence = static_cast<std::uint8_t>(surroundings_.n_inserted() & 0xFF);
     message.clearance = GPOM_CAN_DISTANCE_UNKNOWN;
     message.bearing = GPOM_CAN_BEARING_UNKNOWN;
     for (std::size_t i = 0; i < GPOM_CAN_SECTORS; ++i) {
@@ -214,7 +183,8 @@ gpom_can_status_t CanPicture::status() const
                                   : gpom_can_bearing_code(6.2831853f * turn);
         }
     }
-    const std::uint64_t percent = std::uint64_t{100} * map_.n_beams / config_->map.beam_max;
+    const std::uint64_t percent =
+        std::uint64_t{100} * surroundings_.map().n_beams / config_->map.beam_max;
     message.fill = static_cast<std::uint8_t>(std::min<std::uint64_t>(percent, GPOM_CAN_FILL_MAX));
     message.faults = faults_;
     return message;
@@ -224,7 +194,7 @@ gpom_can_clearance_t CanPicture::clearance(std::uint8_t i_part) const
 {
     gpom_can_clearance_t message = {};
     message.i_part = i_part;
-    message.state = static_cast<std::uint8_t>(state_);
+    message.state = static_cast<std::uint8_t>(surroundings_.state());
     for (std::size_t i = 0; i < GPOM_CAN_SECTORS_IN_FRAME; ++i) {
         message.distance[i] = distance_code(sectors_[GPOM_CAN_SECTORS_IN_FRAME * i_part + i]);
     }
@@ -234,8 +204,8 @@ gpom_can_clearance_t CanPicture::clearance(std::uint8_t i_part) const
 gpom_can_clearance_fd_t CanPicture::clearance_fd() const
 {
     gpom_can_clearance_fd_t message = {};
-    message.state = static_cast<std::uint8_t>(state_);
-    message.stamp_ms = milliseconds(map_.stamp_us);
+    message.state = static_cast<std::uint8_t>(surroundings_.state());
+    message.stamp_ms = milliseconds(surroundings_.map().stamp_us);
     for (std::size_t i = 0; i < GPOM_CAN_FD_SECTORS; ++i) {
         message.distance[i] = distance_code(fd_sectors_[i]);
         message.probability[i] = probability_code(fd_sectors_[i]);
@@ -253,14 +223,14 @@ bool CanPicture::tile(std::int32_t tx, std::int32_t ty, gpom_can_tile_t &message
     const std::int64_t ix0 = std::llround(raster.x0_m / raster.cell_m); // the raster's first column
     const std::int64_t iy0 = std::llround(raster.y0_m / raster.cell_m);
     const std::int64_t reference_x =
-        tile_number(std::llround(std::floor(place_.x_m / raster.cell_m)));
+        tile_number(std::llround(std::floor(surroundings_.place().x_m / raster.cell_m)));
     const std::int64_t reference_y =
-        tile_number(std::llround(std::floor(place_.y_m / raster.cell_m)));
-    message.state = static_cast<std::uint8_t>(state_);
+        tile_number(std::llround(std::floor(surroundings_.place().y_m / raster.cell_m)));
+    message.state = static_cast<std::uint8_t>(surroundings_.state());
     message.tile_x = static_cast<std::int8_t>(tx);
     message.tile_y = static_cast<std::int8_t>(ty);
     message.cell_cm = static_cast<std::uint8_t>(std::lround(100.0 * raster.cell_m));
-    message.stamp_ms = milliseconds(map_.stamp_us);
+    message.stamp_ms = milliseconds(surroundings_.map().stamp_us);
     message.reference_x = low_16(reference_x);
     message.reference_y = low_16(reference_y);
     const auto side = static_cast<std::int64_t>(GPOM_CAN_TILE_SIDE);

@@ -6,21 +6,13 @@
 #include "ports/linux/base/counts.hpp"
 #include "ports/linux/base/memory.hpp"
 #include "ports/linux/config/config.hpp"
-#include "ports/linux/map/mapping.hpp"
-#include "ports/linux/pose/odometry.hpp"
+#include "ports/linux/out/surroundings.hpp"
 
 #include <cstddef>
 #include <cstdint>
 
 namespace gpomd
 {
-
-/// The parts that a picture is taken from.
-struct PictureLinks {
-    MapThread *mapping;
-    const Odometry *odometry;
-    const Counts *counts;
-};
 
 /// State of the port, which the map does not know.
 struct PortState {
@@ -33,7 +25,7 @@ struct PortState {
 class CanPicture {
 public:
     static std::size_t need(const Config &config);
-    void init(const Config &config, Memory &memory, const PictureLinks &links);
+    void init(const Config &config, Memory &memory, const SurroundingsLinks &links);
 
     /// Note which counters rose. Call this often, because the time of the call counts as the time
     /// of the rise.
@@ -52,29 +44,22 @@ public:
 private:
     static constexpr std::size_t kFaults = 6;
 
-    gpom_can_state_t state_of(const PortState &port);
-    void find_place();
     bool look_about(gpom_sector_t *sectors, std::size_t n_sectors);
     bool copy();
     void show_fault(unsigned bit, bool is_shown);
 
     const Config *config_ = nullptr;
-    PictureLinks links_ = {};
+    SurroundingsLinks links_ = {};
     gpom_cell_t *cells_ = nullptr;
     std::size_t n_cells_ = 0;
     std::int64_t now_us_ = 0;
-    std::int64_t n_inserted_ = 0;
     std::int64_t n_faults_[kFaults] = {};
     std::int64_t fault_us_[kFaults] =
         {}; ///< Time when each was last seen to rise. Monotonic, 0: never.
 
-    MapState map_ = {};
+    Surroundings surroundings_;
     gpom_lowres_info_t info_ = {};
-    StampedPose place_ = {}; ///< The newest known place of the robot.
-    gpom_can_state_t state_ = GPOM_CAN_STARTING;
-    bool has_map_ = false;     ///< The state is mapping, and sectors, cells and place_ belong to
-                               ///< this picture.
-    std::int64_t age_us_ = -1; ///< Age of the newest scan. Below 0: there is none.
+    bool has_map_ = false; ///< Sectors and cells are known, and belong to this picture.
     std::uint8_t faults_ = 0;
     gpom_sector_t sectors_[GPOM_CAN_SECTORS] = {};
     gpom_sector_t fd_sectors_[GPOM_CAN_FD_SECTORS] = {};
