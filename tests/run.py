@@ -240,7 +240,8 @@ def run_linux(results):
 def run_linux_sanitize(results):
     """The daemon alone is built with ASan and UBSan; what they find is its exit code."""
     run_doctest(results, "linux-unit-sanitize", f"{SANITIZE}/linux_tests")
-    run_pytest(results, "linux-sanitize", "tests/linux/test_gpomd.py tests/linux/test_datagrams.py",
+    run_pytest(results, "linux-sanitize", "tests/linux/test_gpomd.py tests/linux/test_datagrams.py "
+               "tests/linux/test_mavlink.py",
                [*as_root(), "env", f"GPOMD={SANITIZE}/gpomd"])
 
 

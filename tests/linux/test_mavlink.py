@@ -182,10 +182,13 @@ def test_an_obstacle_to_the_left_is_on_the_left(start, peer, autopilot):
         watch.bus.publish("GPOM_SCAN", room_scan(
             peer, i, angle_min=0.0, angle_step=math.radians(1), ranges=ranges))
     wait_for_status(watch, scans_inserted=3)
-    message = autopilot.obstacles(lambda m: any(150 < d < 210 for d in m.distances))
+    wait_until(watch, lambda: fresh_status(watch)["n_cells_dirty"] == 0)
+    autopilot.flush()  # those of the map before
+    message = autopilot.obstacles()
     values = clockwise_from_forward(message, 72)
     near = [i for i, d in enumerate(values) if d < 400]
-    assert near and all(270 - 15 < 5 * i < 270 + 15 for i in near), near  # clockwise: the left
+    assert min(values) < 210
+    assert all(270 - 15 < 5 * i < 270 + 15 for i in near), near  # clockwise: the left
 
 
 def test_no_more_messages_come_than_the_rate_says(start, autopilot):

@@ -23,13 +23,17 @@ yaw_rate = {{ id = 0x1A0, start = 32, length = 16, signed = true, factor = 1e-3 
 [can.publish]
 clearance_hz = 50
 status_hz = 50
+[mavlink]
+to = "udp:127.0.0.1:14550"
+rate_hz = 50
 """
 PUBLISH = 'grid = "SLAM_MAP"\npixels = "PIXEL_MAP"\ngrid_s = 0.1\nkeyframe_s = 0.2'
 
 
 def test_all_threads_work_at_once_and_lose_nothing(start, street, peer, tmp_path):
-    """Scans of two families, poses, questions, keyframes, grids, snapshots without a pause, and a
-    CAN interface that is not there: each scan ends in one counter, each thread ends in time."""
+    """Scans of two families, poses, questions, keyframes, grids, snapshots without a pause, a CAN
+    interface that is not there, and an autopilot that does not listen: each scan ends in one
+    counter, each thread ends in time."""
     environment = {"TSAN_OPTIONS": "exitcode=66 " + os.environ.get("TSAN_OPTIONS", "")}
     daemon = start(environment=environment, sensors=SENSORS, publish=PUBLISH,
                    rest=REST.format(folder=tmp_path))
@@ -52,5 +56,6 @@ def test_all_threads_work_at_once_and_lose_nothing(start, street, peer, tmp_path
     wait_until(watch, is_all_done)
     counts = watch.status["counts"]
     assert counts["queries_answered"] > 10 and counts["maps_published"] > 10
-    assert counts["can_not_sent"] > 10 and counts["snapshots_failed"] == 0
+    assert counts["can_not_sent"] > 10 and counts["mavlink_not_sent"] > 10
+    assert counts["snapshots_failed"] == 0
     assert daemon.stop() == 0, "\n".join(daemon.lines)

@@ -235,7 +235,7 @@ def reformat():
 def tidy_one(path):
     flags = ["-Iinclude", "-I.", "-Ibuild/host-release/street", "-Ibuild/host-release/include",
              "-isystem", os.environ.get("EIGEN", "/usr/include/eigen3"),
-             "-DGPOM_LANES=4", "-DGPOM_FMA=0", "-DGPOM_ASSERTS=1"]
+             "-isystem", "build/mavlink", "-DGPOM_LANES=4", "-DGPOM_FMA=0", "-DGPOM_ASSERTS=1"]
     if path.endswith(".c"):
         flags += ["-std=c99", "-Wno-invalid-noreturn"]
         if path.startswith("ports/cortex_m/") and path not in HOST_SIDE:
