@@ -37,12 +37,13 @@ bench-insert: ## Time inserting scans into a map of 20,000 beams, one with room 
 	done
 	$(Q)python3 bench/ratios.py --insert build/bench/insert-of-*.json
 
-bench-distances: build/setup/bench $(BUILD)/bench-distances
-bench-distances: ## Time keeping up distances against dynamicEDT3D, on a street and on a log
+bench-distances: build/setup/bench $(BUILD)/bench-distances $(BUILD)/distance-error
+bench-distances: ## Distances against dynamicEDT3D: time to keep them up, and their error
 	$(Q)$(BUILD)/bench-distances tools/params/street.toml
 	$(Q)if [ -f $(DATA)/intel.log.gz ]; then \
 	    $(BUILD)/bench-distances tools/params/indoor.toml $(DATA)/intel.log.gz 0.1; \
 	else echo "bench-distances: no $(DATA)/intel.log.gz: left out"; fi
+	$(Q)$(BUILD)/distance-error tools/params/street.toml 0 5 1000
 
 bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
 	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
@@ -53,7 +54,8 @@ count-queries: build/setup/firmware
 	$(Q)$(MAKE) CROSS= CPU= LANES=1 FMA=0 BUILD=build/host-scalar build/host-scalar/count-queries
 
 $(BENCH_OBJ) $(BENCH_ISA_OBJ): $(BUILD)/flags | $(COMPILER)
-$(BUILD)/obj/bench/speed.o $(BUILD)/obj/bench/distances.o: | build/setup/bench
+$(BUILD)/obj/bench/speed.o $(BUILD)/obj/bench/distances.o \
+    $(BUILD)/obj/bench/distance_error.o: | build/setup/bench
 $(BENCH_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(BENCH_ISAS:%=$(BUILD)/obj/bench/solve_%.o): $(BUILD)/obj/bench/solve_%.o: bench/solve.cpp
@@ -66,5 +68,7 @@ $(BUILD)/speed: $(BUILD)/obj/bench/speed.o $(BUILD)/obj/bench/solve.o $(BENCH_IS
 	$(call link,$(CXX) $(HOST_FLAGS),-lbenchmark -lz -lbz2 $(CORE_LIBS))
 $(BUILD)/bench-distances: $(BUILD)/obj/bench/distances.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),-ldynamicedt3d -lz -lbz2 $(CORE_LIBS))
+$(BUILD)/distance-error: $(BUILD)/obj/bench/distance_error.o $(BENCH_LIB) $(BUILD)/libgpom.a
+	$(call link,$(CXX) $(HOST_FLAGS),-ldynamicedt3d -loctomap -loctomath -lz -lbz2 $(CORE_LIBS))
 $(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))
