@@ -2,6 +2,7 @@
  *  The whole library: include this header.
  *
  *  - scan.h: put scans with poses in.
+ *  - align.h: find the pose at which a scan fits the map.
  *  - query.h: get answers at any point.
  *  - lowres.h: rasters for planners.
  *  - path.h: paths, and places to explore, for planners.
@@ -17,6 +18,7 @@
 #ifndef GPOM_GPOM_H
 #define GPOM_GPOM_H
 
+#include "gpom/align.h"
 #include "gpom/distances.h"
 #include "gpom/exchange.h"
 #include "gpom/live.h"

@@ -3,8 +3,8 @@
  *
  * The scans of a street go into a live map with a low-resolution map of 32 x 32 cells. After each
  * scan all work on the map is done. Then points are queried, with 8 + 8 and with 16 + 16
- * neighbours, with the street preset and with the default hyperparameters. Each interval prints
- * "count NAME UNITS".
+ * neighbours, with the street preset and with the default hyperparameters. Last, a scan is aligned
+ * in a room. Each interval prints "count NAME UNITS".
  */
 #include "gpom/presets/street.h"
 #include "ports/cortex_m/device_limits.h"
@@ -12,7 +12,11 @@
 #include "ports/mavlink/messages.h"
 #include "street.h"
 
-enum { MANY = 16, POINTS = 100 }; /* neighbours of each kind; points of a query */
+enum {
+    MANY = 16,         /* neighbours of each kind */
+    POINTS = 100,      /* of a query */
+    ALIGN_RANGES = 180 /* of a scan that is aligned */
+};
 
 static uint64_t map_memory[(GPOM_MAP_BYTES(DEVICE_BEAM_MAX, DEVICE_NX *DEVICE_NY) + 7) / 8];
 static uint8_t scratch_memory[GPOM_SCRATCH_BYTES(2 * MANY, 1)];
@@ -145,6 +149,57 @@ static void send_distances(const gpom_map_t *map)
     print_count("mavlink_message", (uint32_t)n_bytes);
 }
 
+/* Range in a room of 8 m x 6 m around (0, 0), along a unit direction. */
+static float room_range_m(double x_m, double y_m, double c, double s)
+{
+    const double along_x_m = c > 0.0 ? (4.0 - x_m) / c : c < 0.0 ? (-4.0 - x_m) / c : 1e9;
+    const double along_y_m = s > 0.0 ? (3.0 - y_m) / s : s < 0.0 ? (-3.0 - y_m) / s : 1e9;
+    return (float)(along_x_m < along_y_m ? along_x_m : along_y_m);
+}
+
+/* A full turn of ALIGN_RANGES from a pose with yaw 0. */
+static gpom_scan_t room_scan(double x_m, double y_m)
+{
+    static float ranges_m[ALIGN_RANGES];
+    const double step_rad = 6.283185307179586 / ALIGN_RANGES;
+    double c = 1.0, s = 0.0; /* turned by one step each time; sine and cosine of 2 degrees */
+    for (int i = 0; i < ALIGN_RANGES; ++i) {
+        ranges_m[i] = room_range_m(x_m, y_m, c, s);
+        const double c_next = c * 0.99939082701909573 - s * 0.034899496702500972;
+        s = s * 0.99939082701909573 + c * 0.034899496702500972;
+        c = c_next;
+    }
+    return (gpom_scan_t){0, 0.0, step_rad, ranges_m, ALIGN_RANGES};
+}
+
+/* Align a scan in a map of two scans of a room, from a pose that is off by 0.2 m and 6 degrees. */
+static void align_in_room(void)
+{
+    static uint8_t memory[GPOM_ALIGN_BYTES(ALIGN_RANGES)];
+    const gpom_scratch_t align_scratch = {memory, sizeof memory};
+    gpom_map_t *const map = make_map(&gpom_params_street, 8);
+    gpom_sensor_t sensor;
+    gpom_sensor_init(&sensor);
+    for (int i = 0; i < 2; ++i) {
+        const gpom_pose_t pose = {i, 0.5 * i, 0.0, NULL};
+        const gpom_scan_t scan = room_scan(pose.x_m, pose.y_m);
+        require(gpom_scan_insert(map, &scan, &sensor, &pose));
+    }
+    require(gpom_map_build(map));
+    static const float cov[9] = {0.04f, 0, 0, 0, 0.04f, 0, 0, 0, 0.01f};
+    gpom_align_config_t config;
+    gpom_align_config_init(&config);
+    const gpom_align_task_t task = {&sensor, {0.7, 0.1, 0.1, cov}, &config};
+    const gpom_scan_t scan = room_scan(0.5, 0.2);
+    gpom_alignment_t alignment;
+    gpom_count_begin();
+    const gpom_status_t status = gpom_scan_align(map, &scan, &task, &alignment, &align_scratch);
+    gpom_count_end();
+    print_count("align", 1);
+    require(status);
+    require(alignment.flags == 0 ? GPOM_OK : GPOM_ERR_REACH);
+}
+
 /* Make a map of the whole street, index it at once, and query it. */
 static gpom_map_t *query_street(const gpom_params_t *params, uint16_t n_each, const char *name)
 {
@@ -178,5 +233,6 @@ int main(void)
     map = query_street(&plain, 8, "query_plain_8+8");
     refresh(map, 16, "refresh_plain");
     (void)query_street(&plain, MANY, "query_plain_16+16");
+    align_in_room();
     return 0;
 }

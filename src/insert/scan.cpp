@@ -1,24 +1,19 @@
 #include "gpom/scan.h"
 
-#include "src/base/check.hpp"
 #include "src/insert/keep.hpp"
 #include "src/map/map.hpp"
+#include "src/map/masked.hpp"
 #include "src/map/origin.hpp"
-#include "src/map/se2.hpp"
+#include "src/map/scan_input.hpp"
 
 #include <float.h>
 
 using gpom::Beam;
-using gpom::is_within;
+using gpom::place_of;
+using gpom::SensorPlace;
 
 namespace
 {
-
-constexpr double kTwoPi = 6.283185307179586;
-constexpr double kAngleMax_rad = 1e6;
-
-/// Greatest variance of a pose [m2, rad2]. Variances that are computed from it stay finite.
-constexpr float kVarianceMax = 1e12f;
 
 /// A beam speaks against others if the standard deviation of its end is at most this many times
 /// keep_m. The limit is no smaller because errors of poses change slowly: within one drive, a beam
@@ -33,127 +28,6 @@ uint16_t mark_of(uint32_t time_number)
 {
     constexpr uint32_t kStep = 2654435769u;
     return static_cast<uint16_t>(time_number * kStep >> (32 - gpom::kTimeMarkBits));
-}
-
-bool are_masks(const gpom_mask_t *masks, uint16_t n_masks)
-{
-    if (n_masks > 0 && masks == nullptr) {
-        return false;
-    }
-    for (uint16_t i = 0; i < n_masks; ++i) {
-        if (!is_within(static_cast<double>(masks[i].from_rad), kAngleMax_rad) ||
-            !is_within(static_cast<double>(masks[i].to_rad), kAngleMax_rad)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-bool is_sensor(const gpom_sensor_t *sensor)
-{
-    if (sensor == nullptr || !are_masks(sensor->masks, sensor->n_masks)) {
-        return false;
-    }
-    const bool mount_ok = is_within(sensor->x_m, GPOM_REACH_M) &&
-                          is_within(sensor->y_m, GPOM_REACH_M) &&
-                          is_within(sensor->yaw_rad, kAngleMax_rad);
-    const bool ranges_ok = sensor->range_min_m >= 0.0f &&
-                           sensor->range_max_m > sensor->range_min_m &&
-                           sensor->range_max_m <= static_cast<float>(GPOM_REACH_M) &&
-                           sensor->range_var_m2 >= 0.0f && sensor->range_var_m2 <= FLT_MAX;
-    return mount_ok && ranges_ok;
-}
-
-bool is_scan(const gpom_scan_t *scan)
-{
-    return scan != nullptr && scan->n_ranges <= GPOM_RANGES_MAX &&
-           (scan->n_ranges == 0 || scan->ranges_m != nullptr) &&
-           is_within(scan->angle_min_rad, kAngleMax_rad) &&
-           is_within(scan->angle_step_rad, kAngleMax_rad / GPOM_RANGES_MAX);
-}
-
-/// Correlation of elements i and j. It is 0 if one of their variances is 0.
-float correlation(const float *cov, int i, int j)
-{
-    const float scale = gpom::lane::sqrt(cov[4 * i]) * gpom::lane::sqrt(cov[4 * j]);
-    return scale > 0.0f ? cov[3 * i + j] / scale : 0.0f;
-}
-
-/// True for a positive semidefinite matrix. Checks the leading minors of the correlation matrix,
-/// with a tolerance for rounding.
-bool is_covariance(const float *cov)
-{
-    constexpr float kTolerance = 1e-3f;
-    for (int i = 0; i < 3; ++i) {
-        if (!(cov[4 * i] >= 0.0f && cov[4 * i] <= kVarianceMax)) {
-            return false;
-        }
-        for (int j = 0; j < i; ++j) {
-            const float bound =
-                gpom::lane::sqrt(cov[4 * i]) * gpom::lane::sqrt(cov[4 * j]) * (1.0f + kTolerance);
-            const float difference = gpom::lane::abs(cov[3 * i + j] - cov[3 * j + i]);
-            if (!(gpom::lane::abs(cov[3 * i + j]) <= bound && difference <= kTolerance * bound)) {
-                return false;
-            }
-        }
-    }
-    const float a = correlation(cov, 1, 0);
-    const float b = correlation(cov, 2, 0);
-    const float c = correlation(cov, 2, 1);
-    return 1.0f + 2.0f * a * b * c - a * a - b * b - c * c >= -kTolerance;
-}
-
-bool is_pose(const gpom_pose_t &pose)
-{
-    return is_within(pose.x_m, GPOM_PLACE_MAX_M) && is_within(pose.y_m, GPOM_PLACE_MAX_M) &&
-           is_within(pose.yaw_rad, kAngleMax_rad) &&
-           (pose.cov == nullptr || is_covariance(pose.cov));
-}
-
-bool is_sweep(const gpom_sweep_t *sweep)
-{
-    if (sweep == nullptr || sweep->n_ranges > GPOM_RANGES_MAX) {
-        return false;
-    }
-    const bool has_arrays =
-        sweep->ranges_m != nullptr && sweep->bearings_rad != nullptr && sweep->poses != nullptr;
-    bool are_angles = true;
-    for (uint32_t i = 0; has_arrays && i < sweep->n_ranges; ++i) {
-        are_angles =
-            are_angles && is_within(static_cast<double>(sweep->bearings_rad[i]), kAngleMax_rad);
-    }
-    return (has_arrays || sweep->n_ranges == 0) && are_angles;
-}
-
-bool are_poses(const gpom_sweep_t &sweep)
-{
-    for (uint32_t i = 0; i < sweep.n_ranges; ++i) {
-        if (!is_pose(sweep.poses[i])) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/// The same angle in [0, 2 pi).
-double wrap(double angle_rad)
-{
-    const double turns = static_cast<double>(static_cast<int32_t>(angle_rad / kTwoPi));
-    const double rest = angle_rad - turns * kTwoPi;
-    return rest < 0.0 ? rest + kTwoPi : rest;
-}
-
-bool is_masked(const gpom_sensor_t &sensor, double bearing_rad)
-{
-    for (uint16_t i = 0; i < sensor.n_masks; ++i) {
-        const double from = static_cast<double>(sensor.masks[i].from_rad);
-        const double to = static_cast<double>(sensor.masks[i].to_rad);
-        const bool is_full_turn = to - from >= kTwoPi - 1e-6;
-        if (is_full_turn || wrap(bearing_rad - from) <= wrap(to - from)) {
-            return true;
-        }
-    }
-    return false;
 }
 
 /// True if a reading cannot be used: counts its cause. False if it can be used. A reading that
@@ -176,7 +50,7 @@ bool count_unusable(gpom_stats_t &stats, const gpom_sensor_t &sensor, float &ran
         range_m = sensor.range_max_m;
         cause = nullptr;
     }
-    if (cause == nullptr && is_masked(sensor, bearing_rad)) {
+    if (cause == nullptr && gpom::is_masked(sensor, bearing_rad)) {
         cause = &stats.beams_masked;
     }
     if (cause == nullptr) {
@@ -265,23 +139,6 @@ void insert_beam(gpom_map &map, const ScanContext &context, float range_m, doubl
     gpom::consider(map, beam, var_m2 <= sure_m * sure_m);
 }
 
-/// Where the sensor is for a pose of the robot, in double.
-struct SensorPlace {
-    gpom::Pose T_map_sensor;
-    Eigen::Vector2d from_origin_m; ///< Relative to the map's origin.
-    Eigen::Vector2f lever_m;       ///< From the robot to the sensor, map axes.
-};
-
-SensorPlace place_of(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose)
-{
-    const gpom::Pose T_map_robot = {{pose.x_m, pose.y_m}, pose.yaw_rad};
-    const gpom::Pose T_robot_sensor = {{sensor.x_m, sensor.y_m}, sensor.yaw_rad};
-    const gpom::Pose T_map_sensor = T_map_robot * T_robot_sensor;
-    const Eigen::Vector2d origin_m(map.config.origin_x_m, map.config.origin_y_m);
-    return {T_map_sensor, T_map_sensor.position_m - origin_m,
-            (T_map_sensor.position_m - T_map_robot.position_m).cast<float>()};
-}
-
 /// True if the sensor is in reach of the origin after the origin has moved by a step.
 bool is_in_reach(const gpom_map &map, const gpom_sensor_t &sensor, const gpom_pose_t &pose,
                  const Eigen::Vector2d &step_m)
@@ -358,10 +215,10 @@ void gpom_sensor_init(gpom_sensor_t *sensor)
 gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
                                const gpom_sensor_t *sensor, const gpom_pose_t *pose)
 {
-    if (!gpom::is_map(map) || pose == nullptr || !is_scan(scan) || !is_sensor(sensor)) {
+    if (!gpom::is_map(map) || pose == nullptr || !gpom::is_scan(scan) || !gpom::is_sensor(sensor)) {
         return GPOM_ERR_ARG;
     }
-    if (!is_pose(*pose)) {
+    if (!gpom::is_pose(*pose)) {
         return refuse_pose(*map);
     }
     const Eigen::Vector2d step_m = gpom::origin_step(*map, pose->x_m, pose->y_m);
@@ -383,10 +240,11 @@ gpom_status_t gpom_scan_insert(gpom_map_t *map, const gpom_scan_t *scan,
 gpom_status_t gpom_sweep_insert(gpom_map_t *map, const gpom_sweep_t *sweep,
                                 const gpom_sensor_t *sensor, const gpom_pose_t *pose)
 {
-    if (!gpom::is_map(map) || pose == nullptr || !is_sweep(sweep) || !is_sensor(sensor)) {
+    if (!gpom::is_map(map) || pose == nullptr || !gpom::is_sweep(sweep) ||
+        !gpom::is_sensor(sensor)) {
         return GPOM_ERR_ARG;
     }
-    if (!is_pose(*pose) || !are_poses(*sweep)) {
+    if (!gpom::is_pose(*pose) || !gpom::are_poses(*sweep)) {
         return refuse_pose(*map);
     }
     const Eigen::Vector2d step_m = gpom::origin_step(*map, pose->x_m, pose->y_m);

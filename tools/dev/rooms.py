@@ -3,10 +3,10 @@
 A room may include itself and rooms of lower levels. Rooms of the same level may not include each
 other.
 """
-SRC_LEVELS = [["base"], ["lane"], ["gp", "beams"], ["raster"], ["map"], ["insert", "query"],
-              ["refresh", "plan", "snapshot", "move"]]
+SRC_LEVELS = [["base"], ["lane"], ["gp", "beams"], ["raster"], ["map"],
+              ["insert", "query", "align"], ["refresh", "plan", "snapshot", "move"]]
 LINUX_LEVELS = [["base"], ["pose"], ["config"], ["lcm"], ["map"], ["out"]]
-TOOLS_LEVELS = [["sim", "params_tool"], ["map"], ["eval"], ["learn", "live"]]
+TOOLS_LEVELS = [["sim", "params_tool"], ["map"], ["eval", "slam"], ["learn", "live"]]
 LEVELS = {"src": SRC_LEVELS, "ports/linux": LINUX_LEVELS, "tools": TOOLS_LEVELS}
 
 

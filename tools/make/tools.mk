@@ -35,11 +35,22 @@ demo-doors: ## Doors in a live map, a low-resolution map and OctoMap: build/demo
 	$(Q)for stage in past through; do build/venv/bin/python tools/view/door_picture.py \
 	    build/demo-doors/doors.json --stage $$stage --out build/demo-doors/$$stage.png || exit; done
 
+SLAM_LOG ?= intel
+demo-slam: $(BUILD)/gpom-slam build/setup/python
+demo-slam: ## Map SLAM_LOG-raw of DATA by odometry, by alignment, corrected: build/demo-slam
+	@mkdir -p build/demo-slam
+	$(Q)$(BUILD)/gpom-slam drive --params tools/params/indoor.toml \
+	    --scans $(DATA)/$(SLAM_LOG)-raw.log.gz --corrected $(DATA)/$(SLAM_LOG).log.gz \
+	    --methods odometry,gpom,corrected --csv build/demo-slam/way.csv \
+	    --points build/demo-slam/points.csv --map build/demo-slam/beams.csv
+	$(Q)build/venv/bin/python tools/view/slam_picture.py --way build/demo-slam/way.csv \
+	    --points build/demo-slam/points.csv --out build/demo-slam/map.png
+
 demo: $(foreach i,sim learn eval plot,$(BUILD)/gpom-$(i))
 demo: ## Simulate or replay LOG, build a map, evaluate and plot it
 	$(Q)SEED=$(SEED) GPOM_BUILD=$(abspath $(BUILD)) tools/demo $(LOG)
 
-.PHONY: tools results demo-cars demo-doors demo
+.PHONY: tools results demo-cars demo-doors demo-slam demo
 
 $(TOOL_OBJ) $(TOOL_PART_OBJ): $(BUILD)/flags | $(COMPILER)
 $(TOOL_OBJ): $(BUILD)/obj/%.o: %.cpp
