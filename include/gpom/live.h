@@ -148,8 +148,8 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_jump(gpom_map_t *map, gpom_jump_t
  *  Its end and its hit stay. gpom_map_beam() tells where it begins. The setting belongs to the map
  *  in memory: it outlasts gpom_map_clear() and gpom_snapshot reads, but is not part of a snapshot.
  *
- *  Half of keep_m suits live maps: accuracy stays (docs/decisions/late-starts.md). A program that
- *  does not call this does not contain it.
+ *  Half of keep_m suits live maps, with parameters learnt on such a map; what it costs otherwise is
+ *  in docs/decisions/late-starts.md. A program that does not call this does not contain it.
  *
  *  late_m  side of a cell; 1e-3 .. 1e3 [m]. 0: beams begin at the sensor, as in a new map.
  *  Errors  GPOM_ERR_ARG (null, not finite, out of range); then nothing changed.
