@@ -88,7 +88,7 @@ WARN := -Wall -Wextra -Wshadow -Wconversion -Werror -Wno-psabi
 # Same numerics for everything that may inline a core header: see CONTRIBUTING.md on fusing.
 NUMERICS  := -ffp-contract=off -fno-math-errno -DGPOM_LANES=$(LANES:auto=4) -DGPOM_FMA=$(FMA) \
              -DGPOM_MINNUM=$(MINNUM) -DGPOM_SPARSE=$(SPARSE) \
-             $(if $(filter auto,$(LANES)),-DGPOM_DISPATCH=1)
+             $(if $(filter auto,$(LANES)),-DGPOM_DISPATCH=1) $(if $(VISITS),-DGPOM_COUNT_VISITS)
 INCLUDES  := -Iinclude -I. -isystem $(EIGEN)
 COMMON    := $(CPU_FLAGS) $(MODE) $(WARN) $(NUMERICS) $(INCLUDES)
 CORE_FLAGS := -std=c++17 $(COMMON) -Wdouble-promotion -Wfloat-conversion -Wundef \

@@ -39,12 +39,14 @@ struct Data {
     double step_m;
     float keep_m; ///< 0: every beam is kept.
     const char *kernel = "matern12";
+    float late_m = 0.0f; ///< Cells of gpom_map_begin_late(). 0: no beam begins late.
 };
 
 constexpr Data kSparse = {"sparse", 1, 28, 17, 8.0, 0.0f};
 constexpr Data kPaper = {"sparse-nn", 1, 28, 17, 8.0, 0.0f, "nn"};
 constexpr Data kWide[] = {{"wide-12k", 5, 28, 17, 8.0, 0.0f}, {"wide-500k", 33, 28, 17, 8.0, 0.0f}};
 constexpr Data kDense = {"dense-50k", 1, 280, 181, 0.8, 0.0f};
+constexpr Data kDenseLate = {"dense-50k-late", 1, 280, 181, 0.8, 0.0f, "matern12", 0.05f};
 constexpr Data kThinned = {"thinned-50k", 1, 280, 181, 0.8, 0.5f};
 
 inline std::vector<Scan> scans_of(const Data &data, gpom_tools::StreetConfig &street)
@@ -69,7 +71,7 @@ inline std::vector<Scan> scans_of(const Data &data, gpom_tools::StreetConfig &st
 class Place {
 public:
     Place(const Data &data, const gpom_params_t &params)
-        : scans_(scans_of(data, street_)), params_(params)
+        : scans_(scans_of(data, street_)), params_(params), late_m_(data.late_m)
     {
         gpom_config_init(&config_);
         config_.params = params_;
@@ -86,7 +88,11 @@ public:
         scratch_memory_.resize(gpom_scratch_bytes(map_));
     }
 
-    void clear() { require(gpom_map_init(&map_, &config_, memory_.data(), 8 * memory_.size())); }
+    void clear()
+    {
+        require(gpom_map_init(&map_, &config_, memory_.data(), 8 * memory_.size()));
+        require(gpom_map_begin_late(map_, late_m_));
+    }
 
     void insert(std::size_t i)
     {
@@ -128,6 +134,7 @@ private:
     gpom_tools::StreetConfig street_;
     std::vector<Scan> scans_;
     gpom_params_t params_;
+    float late_m_;
     gpom_config_t config_;
     gpom_point_t middle_ = {};
     std::vector<std::uint64_t> memory_;

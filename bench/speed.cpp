@@ -1,13 +1,12 @@
 // Compares the library with its alternatives on the same data in the same run, by Google Benchmark
 // with repetitions interleaved at random. Times are for one core.
 #include "bench/fma_peak.hpp"
+#include "bench/log_map.hpp"
 #include "bench/place.hpp"
 #include "bench/plain_gp.hpp"
 #include "bench/processor.hpp"
 #include "bench/solve.hpp"
 #include "gpom/gpom.h"
-#include "ports/host/scan_log.hpp"
-#include "tools/map/host_map.hpp"
 
 #include <benchmark/benchmark.h>
 #include <nanoflann.hpp>
@@ -225,48 +224,15 @@ void many_neighbours(benchmark::State &state, std::size_t n, float ell_m, Solve 
     state.counters["nonzeros"] = nonzeros;
 }
 
-/// A real log with patches around its poses. The map has all of its returns, or those that a live
-/// map keeps.
-struct LogMap {
-    std::vector<Scan> scans;
-    std::unique_ptr<HostMap> map;
-    std::vector<std::uint8_t> scratch;
-};
-
-LogMap &log_map(const std::string &path, bool is_live)
-{
-    static std::map<std::pair<std::string, bool>, LogMap> maps;
-    LogMap &made = maps[{path, is_live}];
-    if (!made.map) {
-        ReadOptions options;
-        options.range_max_m = 25.0;
-        made.scans = read_scans(path, options);
-        const gpom_params_t params = params_of("matern12", 16);
-        const gpom_point_t origin = middle_of(made.scans);
-        const LiveConfig live;
-        made.map = std::make_unique<HostMap>(
-            is_live ? live_config(params, live, origin)
-                    : whole_config(params, beam_count(made.scans), origin));
-        for (const Scan &scan : made.scans) {
-            made.map->insert(scan);
-            (void)made.map->step(live.step_ops);
-        }
-        made.map->build();
-        made.scratch.resize(gpom_scratch_bytes(made.map->get()));
-    }
-    return made;
-}
-
 /// Query patches of 32 x 32 cells of 0.25 m around 64 poses.
-void log_raster(benchmark::State &state, const std::string &path, bool is_live)
+void log_raster(benchmark::State &state, const std::string &path, Keep keep)
 {
-    LogMap &log = log_map(path, is_live);
+    LogMap &log = log_map(path, keep);
     const gpom_scratch_t scratch = {log.scratch.data(), log.scratch.size()};
     std::vector<gpom_answer_t> answers(1024);
     std::size_t i = 0;
     for (auto _ : state) {
-        const Scan &scan = log.scans[i++ % 64 * log.scans.size() / 64];
-        const gpom_raster_t patch = {scan.x_m - 4.0, scan.y_m - 4.0, 0.25, 32, 32};
+        const gpom_raster_t patch = log.patch(i++);
         require(gpom_query_raster(log.map->get(), &patch, answers.data(), &scratch));
     }
     set_queries(state, answers.size());
@@ -379,8 +345,9 @@ void add_logs()
         std::fprintf(stderr, "speed: no %s: its rows are left out\n", path.c_str());
         return;
     }
-    add("log/campus-west-live/n16", log_raster, path, true);
-    add("log/campus-west-all/n16", log_raster, path, false);
+    add("log/campus-west-live/n16", log_raster, path, Keep::live);
+    add("log/campus-west-live-late/n16", log_raster, path, Keep::live_late);
+    add("log/campus-west-all/n16", log_raster, path, Keep::all);
 }
 
 void add_many_neighbours()
@@ -409,7 +376,7 @@ void add_all()
         }
     }
     for (const std::size_t n : {16u, 32u}) {
-        for (const Data &data : {kWide[0], kWide[1], kDense, kThinned}) {
+        for (const Data &data : {kWide[0], kWide[1], kDense, kDenseLate, kThinned}) {
             add_queries(data, n);
         }
     }

@@ -5,7 +5,8 @@ usage: tests/run.py [--summary FILE.json] SUITE...
 
 Suites: unit codec c99 headers symbols linux mavlink unit-sanitize codec-sanitize tools make
 unit-campaign tools-campaign linux-campaign tools-sanitize linux-sanitize tsan processors can
-firmware install python docs instructions fuzz lint; `base` is the first eleven, `extra` the rest.
+firmware install python docs instructions visits fuzz lint; `base` is the first eleven, `extra` the
+rest.
 Called by make, which builds what they need first. A failure is printed with its output, a skip with
 its reason. Exit code 1 if anything failed or nothing passed.
 Environment: SEED fixes the random tests (they read GPOM_SEED), EXEC goes before the unit test
@@ -38,7 +39,7 @@ BASE = ["unit", "codec", "c99", "headers", "symbols", "linux", "mavlink", "unit-
         "codec-sanitize", "tools", "make"]
 EXTRA = ["unit-campaign", "tools-campaign", "linux-campaign", "tools-sanitize", "linux-sanitize",
          "tsan", "processors", "can", "firmware", "install", "python",
-         "docs", "instructions", "fuzz", "lint"]
+         "docs", "instructions", "visits", "fuzz", "lint"]
 BASE_JOBS = 2  # suites of `base` side by side: the daemon's tests mostly wait
 FUZZ_SEED = 1
 FUZZ_RUNS = 100_000
@@ -335,6 +336,11 @@ def run_instructions(results):
               ["tests/instructions.py"], show=True)
 
 
+def run_visits(results):
+    run_check(results, "visits: no search of a dense map visits 3 % more than recorded",
+              ["tests/visits.py"], show=True)
+
+
 def run_lint(results):
     for what in "format", "rules", "tidy":
         run_check(results, f"lint: {what}", ["tools/dev/lint.py", what])
@@ -370,6 +376,7 @@ SUITES = {
     "python": lambda results: run_pytest(results, "python", "tests/python"),
     "docs": lambda results: run_pytest(results, "docs", "tests/docs"),
     "instructions": run_instructions,
+    "visits": run_visits,
     "fuzz": run_fuzz,
     "lint": run_lint,
 }

@@ -223,8 +223,8 @@ Built build(HostMap &map, const Drive &drive, const Row &row, const Options &opt
 Json figures_of(const Drive &drive, const Row &row, const Options &options,
                 const std::vector<TestPoint> &points)
 {
-    HostMap map(
-        live_config(read_params(options.params_path), options.live, middle_of(drive.scans)));
+    HostMap map(live_config(read_params(options.params_path), options.live, middle_of(drive.scans)),
+                options.live.late_m);
     const Built built = build(map, drive, row, options);
     const std::vector<gpom_answer_t> answers = map.query(places_of(points));
     std::vector<Prediction> predictions;

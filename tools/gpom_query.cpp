@@ -149,7 +149,7 @@ HostMap map_of(const Options &options, const std::vector<Scan> &scans)
     }
     LiveConfig live = options.live_config;
     live.beam_max = static_cast<std::uint32_t>(beam_max);
-    HostMap map(live_config(params, live, origin));
+    HostMap map(live_config(params, live, origin), live.late_m);
     Progress progress("mapping");
     for (std::size_t i = 0; i < scans.size(); ++i) {
         map.insert(scans[i]);

@@ -138,6 +138,25 @@ typedef enum {
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_jump(gpom_map_t *map, gpom_jump_t rule,
                                                     const gpom_disc_t *disc);
 
+/** Let the free segments of new beams begin late where others already crowd. Searches of dense maps
+ *  then look at fewer free segments.
+ *
+ *  A new beam that is kept is walked back from the end of its free segment, in cells of late_m. A
+ *  cell is crowded if two kept free segments pass its centre nearer than late_m / 2. The beam
+ *  begins where the first crowded cell ends, but keeps at least its last 12 late_m and its last
+ *  2 keep_m. If none of the last 2048 cells is crowded, it begins at the sensor.
+ *  Its end and its hit stay. gpom_map_beam() tells where it begins. The setting belongs to the map
+ *  in memory: it outlasts gpom_map_clear() and gpom_snapshot reads, but is not part of a snapshot.
+ *
+ *  Half of keep_m suits live maps, with parameters learnt on such a map; what it costs otherwise is
+ *  in docs/decisions/late-starts.md. A program that does not call this does not contain it.
+ *
+ *  late_m  side of a cell; 1e-3 .. 1e3 [m]. 0: beams begin at the sensor, as in a new map.
+ *  Errors  GPOM_ERR_ARG (null, not finite, out of range); then nothing changed.
+ *  Cost: O(1). Each beam that is kept later takes one traversal of the free segments for each 32
+ *  cells that it is walked back. */
+GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_begin_late(gpom_map_t *map, float late_m);
+
 /** Origin of the map: beams are kept relative to this point of the map frame. It moves with the
  *  robot if rebase_m is set.
  *

@@ -138,8 +138,10 @@ typedef struct {
 
 /** One kept beam, for inspection. */
 typedef struct {
-    double x_m;       /**< Sensor position, map frame [m]. */
-    double y_m;       /**< Sensor position, map frame [m]. */
+    double x_m;       /**< Sensor position, map frame [m]. A beam that begins late
+                              (gpom_map_begin_late()) or behind a forgotten disc has its own
+                              beginning here, and range_m counts from it. */
+    double y_m;       /**< The same, y [m]. */
     int64_t stamp_us; /**< Time of its scan, to a millisecond [us]. */
     float dir_x;      /**< Unit direction, map frame. */
     float dir_y;      /**< Unit direction, map frame. */

@@ -25,9 +25,10 @@ enum HitState : uint16_t {
 /// slot of the store whose beam has neither part is vacant. Nothing counts for or against a past
 /// hit: its counts hold the time since which it is past (set_past()).
 struct Beam {
-    float x_m, y_m;           ///< Sensor position.
+    float x_m, y_m;           ///< Sensor position, or where it begins late (late_start.hpp).
     float dir_x, dir_y;       ///< Unit direction.
-    float range_m;            ///< Raw range, or the usable maximum if there was no return.
+    float range_m;            ///< Raw range, or the usable maximum if there was no return; from
+                              ///< where it begins.
     float excess;             ///< w = 1 / rho^2 - 1 >= 0 raises its noise (scan.h). 0: place known.
     uint32_t id;              ///< Order of insertion since the map was empty.
     uint32_t stamp_ms;        ///< Time of its scan, from stamp0_us on.
@@ -128,6 +129,14 @@ struct FreePart {
 inline Point end_of(const Beam &beam)
 {
     return {beam.x_m + beam.range_m * beam.dir_x, beam.y_m + beam.range_m * beam.dir_y};
+}
+
+/// Let a beam start start_m farther along its way. Its end stays.
+inline void advance_start(Beam &beam, float start_m)
+{
+    beam.x_m += start_m * beam.dir_x;
+    beam.y_m += start_m * beam.dir_y;
+    beam.range_m -= start_m;
 }
 
 } // namespace gpom

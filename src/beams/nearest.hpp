@@ -7,6 +7,7 @@
 #pragma once
 
 #include "src/beams/kdtree.hpp"
+#include "src/beams/visits.hpp"
 #include "src/lane/lane.hpp"
 
 namespace gpom
@@ -314,6 +315,7 @@ inline void offer_leaf(NearestK<F> &nearest, const Offset<F> &at, const Part &pa
             d2[i] = distance2(at, part, tree.beams[tree.slots[slots.first + i]]);
             wanted |= (lane::bits_where_le(d2[i], worst) != 0 ? 1u : 0u) << i;
         }
+        note_items(part, slots.n, static_cast<uint32_t>(__builtin_popcount(wanted)));
         for (; wanted != 0; wanted &= wanted - 1) {
             const auto i = static_cast<uint32_t>(__builtin_ctz(wanted));
             offer_apart<Part>(nearest, d2[i], listed(i));
@@ -357,10 +359,12 @@ template <class F, class Part>
             return false;
         }
         Prospect<F> here = prospect(tree, at, part, stack[--depth]);
+        note_boxes(part, 1);
         const F reach2 = box_reach2(nearest.worst());
         while (lane::bits_where_le(here.d2, reach2) != 0 && here.subtree.n_leaves > 1) {
             Prospect<F> near = prospect(tree, at, part, left_of(here.subtree));
             Prospect<F> far = prospect(tree, at, part, right_of(here.subtree));
+            note_boxes(part, 2);
             if (far.priority < near.priority) {
                 const Prospect<F> left = near;
                 near = far;

@@ -68,7 +68,8 @@ float news_of(gpom_map &map, Beam &beam, bool is_sure)
 
 /// Keep a beam. If the store is full of beams that are worth more, or no id is left, the beam is
 /// dropped and counted. gap2_m2: as in make_room().
-void keep(gpom_map &map, const Beam &beam, float gap2_m2)
+/// The beam may begin late.
+void keep(gpom_map &map, Beam &beam, float gap2_m2)
 {
     if (map.index.next_id == kIdEnd) {
         ++map.stats.beams_ids_spent;
@@ -77,6 +78,9 @@ void keep(gpom_map &map, const Beam &beam, float gap2_m2)
     if (!make_room(map, beam, gap2_m2)) {
         ++map.stats.beams_redundant;
         return;
+    }
+    if (map.keeper.begin_late != nullptr) {
+        map.keeper.begin_late(map, beam);
     }
     store_beam(map, beam);
 }
@@ -187,7 +191,8 @@ void settle(gpom_map &map)
 void consider(gpom_map &map, const Beam &beam, bool is_sure)
 {
     if (!(map.config.keep_m > 0.0f)) {
-        keep(map, beam, kGapUnknown2_m2);
+        Beam kept = beam;
+        keep(map, kept, kGapUnknown2_m2);
         return;
     }
     Group &group = map.keeper.group;

@@ -33,6 +33,9 @@ struct Waiting {
     uint32_t slot, id;
 };
 
+/// Lets a new beam begin late (late_start.hpp).
+using BeginLate = void (*)(gpom_map &map, Beam &beam);
+
 struct Keeper {
     Group group;
     Ray last[2];            ///< The two newest beams of the scan: beam n is at n modulo 2.
@@ -44,6 +47,8 @@ struct Keeper {
     Waiting *provisional;   ///< The youngest provisional beams, a ring.
     uint32_t provisional_max;
     uint32_t n_provisional; ///< Beams that entered the ring since the map was empty.
+    BeginLate begin_late;   ///< nullptr: no beam begins late.
+    float late_m;           ///< Side of the cells that begin_late() looks at.
     uint32_t hand;          ///< The next slot that eviction looks at. It goes round the store.
     Point robot;            ///< At the newest scan.
     int64_t stamp_us;       ///< Of the newest scan.

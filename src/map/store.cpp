@@ -143,9 +143,7 @@ void start_beam(gpom_map &map, uint32_t slot, float start_m)
 {
     Beam &beam = map.index.beams[slot];
     mark_beam(map, beam);
-    beam.x_m += start_m * beam.dir_x;
-    beam.y_m += start_m * beam.dir_y;
-    beam.range_m -= start_m;
+    advance_start(beam, start_m);
 }
 
 } // namespace gpom

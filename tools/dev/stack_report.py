@@ -26,6 +26,8 @@ INDIRECT = {
     r"^gpom_query_raster$": r"\d+answer_rasterE",
     r"^gpom_scratch_bytes$|\d+check_scratchE": r"\d+scratch_bytes_forE",
     r"\d+answer_(points|raster)E": r"\d+answer_packetI",
+    # Only where gpom_map_begin_late() is called.
+    r"\d+keepER8gpom_map": r"\d+begin_lateER8gpom_map",
     # Hooks of gpom_mavlink_device_config_t and gpom_port_t.
     r"^gpom_mavlink_device_tick$": r"^ports/cortex_m/mps2\.c:now_us$|^mps2_write_uart1$",
     r"^gpom_device_\w+$|^ports/uart/\w+\.c:":

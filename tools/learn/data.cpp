@@ -139,7 +139,7 @@ LearnWorld live_world(const std::vector<Scan> &scans, const DataOptions &options
     gpom_params_t params;
     gpom_params_init(&params);
     params.gap_m = static_cast<float>(options.gap_m);
-    HostMap map(live_config(params, options.live, middle_of(scans)));
+    HostMap map(live_config(params, options.live, middle_of(scans)), options.live.late_m);
     for (const Scan &scan : scans) {
         map.insert(scan);
         map.step(options.live.step_ops);

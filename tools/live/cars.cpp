@@ -186,7 +186,7 @@ Json cars_report(const CarsTrial &trial)
     const bool arrived = trial.street.cars_arrive_at > 0;
     const int change_at = arrived ? trial.street.cars_arrive_at : trial.street.cars_leave_at;
     const gpom_config_t config = cars_config(trial);
-    HostMap map(config);
+    HostMap map(config, trial.live.late_m);
     std::vector<CarCell> cells;
     std::vector<gpom_cell_t> before;
     std::vector<Scan> scans = simulate_scans(world, trial.street, nullptr);

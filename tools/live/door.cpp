@@ -54,8 +54,8 @@ double centre_of_cell(double at_m, double cell_m)
 
 /// A live map with its low-resolution map, and OctoMap with cells of the same size.
 struct Maps {
-    Maps(const gpom_config_t &map_config, double cell)
-        : config(map_config), cell_m(cell), live(map_config),
+    Maps(const gpom_config_t &map_config, float late_m, double cell)
+        : config(map_config), cell_m(cell), live(map_config, late_m),
           octomap(cell, {map_config.origin_x_m, map_config.origin_y_m})
     {
     }
@@ -302,7 +302,8 @@ Json run_json(const DoorTrial &trial, std::uint64_t seed, bool picture)
     laser.seed = seed;
     std::vector<std::unique_ptr<Maps>> all;
     for (const double cell_m : kCells) {
-        all.push_back(std::make_unique<Maps>(door_config(trial, corridor.world, cell_m), cell_m));
+        all.push_back(std::make_unique<Maps>(door_config(trial, corridor.world, cell_m),
+                                             trial.live.late_m, cell_m));
     }
     Json obstacles = Json::array();
     for (const Rect &rect : corridor.world.obstacles) {

@@ -119,7 +119,7 @@ HostMap map_of(const DriveConfig &drive)
         config.lowres_nx = config.lowres_ny = drive.n_cells_side;
         config.lowres_rolling = 1;
     }
-    return HostMap(config);
+    return HostMap(config, drive.live.late_m);
 }
 
 /// Cost of one scan.

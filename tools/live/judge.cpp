@@ -151,7 +151,7 @@ JudgeData judge_data(const JudgeOptions &options)
 HostMap live_map(const gpom_params_t &params, const LiveConfig &live,
                  const std::vector<Scan> &scans)
 {
-    HostMap map(live_config(params, live, middle_of(scans)));
+    HostMap map(live_config(params, live, middle_of(scans)), live.late_m);
     drive(map, scans, live.step_ops, [](std::size_t) {});
     return map;
 }
@@ -172,7 +172,7 @@ Json judge_report(const JudgeOptions &options)
         is_log ? unchanged_points(data.points, data.scans) : data.points, {}, {}};
     add_spurious(data.scans, options.spurious, options.seed);
     const gpom_point_t middle = middle_of(data.scans);
-    HostMap live(live_config(params, options.live, middle));
+    HostMap live(live_config(params, options.live, middle), options.live.late_m);
     Progress progress("mapping");
     const Json ops = drive(live, data.scans, options.live.step_ops,
                            [&](std::size_t n) { progress.update(n, data.scans.size()); });

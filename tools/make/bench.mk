@@ -2,7 +2,9 @@
 
 BENCH_LIB := $(SCAN_LIB) $(call objects,$(patsubst %,tools/%.cpp,sim/street sim/street_drive \
              sim/street_world sim/truth map/host_map) ports/host/params_toml ports/host/toml_table)
-BENCH_OBJ := $(call objects,$(wildcard bench/*.cpp))
+# count_visits.cpp needs a library that counts (VISITS=1).
+BENCH_SRC := $(filter-out $(if $(VISITS),,bench/count_visits.cpp),$(wildcard bench/*.cpp))
+BENCH_OBJ := $(call objects,$(BENCH_SRC))
 # The solve alone, compiled as the hot path is; kernel_constants() comes from the same namespace.
 BENCH_ISAS := $(if $(filter auto,$(LANES)),avx2 avx512)
 BENCH_ISA_OBJ := $(foreach isa,$(BENCH_ISAS),$(BUILD)/obj/bench/solve_$(isa).o \
@@ -48,10 +50,19 @@ bench-distances: ## Distances against dynamicEDT3D: time to keep them up, and th
 bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
 	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
 
-.PHONY: bench bench-record bench-insert bench-distances bench-instructions count-queries
+bench-visits: count-visits ## Boxes and items that searches of dense maps visit
+	$(Q)python3 tests/visits.py --json build/bench/visits.json
+
+.PHONY: bench bench-record bench-insert bench-distances bench-instructions bench-visits
+.PHONY: count-queries count-visits
 
 count-queries: build/setup/firmware
 	$(Q)$(MAKE) CROSS= CPU= LANES=1 FMA=0 BUILD=build/host-scalar build/host-scalar/count-queries
+
+# 16 lanes on every processor: the compiler splits vectors that are too wide.
+count-visits:
+	$(Q)$(MAKE) CROSS= CPU= LANES=16 FMA=0 VISITS=1 BUILD=build/host-visits \
+	    build/host-visits/count-visits
 
 $(BENCH_OBJ) $(BENCH_ISA_OBJ): $(BUILD)/flags | $(COMPILER)
 $(BUILD)/obj/bench/speed.o $(BUILD)/obj/bench/distances.o \
@@ -71,4 +82,6 @@ $(BUILD)/bench-distances: $(BUILD)/obj/bench/distances.o $(BENCH_LIB) $(BUILD)/l
 $(BUILD)/distance-error: $(BUILD)/obj/bench/distance_error.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),-ldynamicedt3d -loctomap -loctomath -lz -lbz2 $(CORE_LIBS))
 $(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a
+	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))
+$(BUILD)/count-visits: $(BUILD)/obj/bench/count_visits.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))

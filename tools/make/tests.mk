@@ -29,7 +29,7 @@ test: test-programs ## Run the tests of library and tools (unit also under ASan 
 
 test-all: test-programs
 test-all: build/setup/lint build/setup/install build/setup/can linux-tests can-tests fuzzers
-test-all: count-queries test-firmware-programs python-package
+test-all: count-queries count-visits test-firmware-programs python-package
 test-all: ## Run `test`, campaigns, processors, firmware, CAN, fuzz, lint
 	$(Q)$(MAKE) CONFIG=sanitize tool-tests \
 	    $(addprefix build/host-sanitize/,gpomd linux_tests)

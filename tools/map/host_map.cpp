@@ -49,7 +49,7 @@ gpom_config_t live_config(const gpom_params_t &params, const LiveConfig &live, g
     return config;
 }
 
-HostMap::HostMap(const gpom_config_t &config) : map_bytes_(gpom_map_bytes(&config))
+HostMap::HostMap(const gpom_config_t &config, float late_m) : map_bytes_(gpom_map_bytes(&config))
 {
     const char *problem = nullptr;
     if (gpom_config_check(&config, &problem) != GPOM_OK) {
@@ -58,6 +58,7 @@ HostMap::HostMap(const gpom_config_t &config) : map_bytes_(gpom_map_bytes(&confi
     }
     memory_ = std::make_unique<std::uint64_t[]>((map_bytes_ + 7) / 8);
     require(gpom_map_init(&map_, &config, memory_.get(), map_bytes_), "map");
+    require(gpom_map_begin_late(map_, late_m), "late starts");
     scratch_ = std::make_unique<std::uint8_t[]>(gpom_scratch_bytes(map_));
 }
 

@@ -18,6 +18,7 @@ struct LiveConfig {
     std::uint32_t beam_max = 16384;
     float keep_m = 0.05f;
     std::uint32_t clear_scans = 3;
+    float late_m = 0.0f;              ///< Cells of gpom_map_begin_late(). 0: no beam begins late.
     std::uint64_t step_ops = 1000000; ///< Budget of the step after each scan.
 };
 
@@ -30,7 +31,8 @@ gpom_config_t live_config(const gpom_params_t &params, const LiveConfig &live, g
 /// Owns the arena and the scratch of one map. Every failure throws std::runtime_error.
 class HostMap {
 public:
-    explicit HostMap(const gpom_config_t &config);
+    /// late_m: as in LiveConfig.
+    explicit HostMap(const gpom_config_t &config, float late_m = 0.0f);
     HostMap(const gpom_params_t &params, std::size_t beam_max, gpom_point_t origin)
         : HostMap(whole_config(params, beam_max, origin))
     {

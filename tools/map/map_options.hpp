@@ -22,6 +22,10 @@ inline std::vector<CLI::Option *> add_live_options(CLI::App &app, LiveConfig &li
                        "A hit is removed when this many scans in a row see through it; 0: never")
             ->check(CLI::IsMember({0, 2, 3, 4}))
             ->capture_default_str(),
+        app.add_option("--late", live.late_m,
+                       "Beams begin late where free segments crowd cells this wide [m]; 0: never")
+            ->check(CLI::Range(0.0, 1e3))
+            ->capture_default_str(),
         app.add_option("--step-ops", live.step_ops,
                        "Budget of the work after each scan [operations]")
             ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53))

@@ -267,11 +267,13 @@ void read_raster(const TomlTable &root, gpom_config_t &map)
         number_or(table, "unknown", static_cast<double>(map.lowres_unknown), {0.0, 1.0}));
 }
 
-void read_map(const TomlTable &root, gpom_config_t &map)
+void read_map(const TomlTable &root, Config &config)
 {
+    gpom_config_t &map = config.map;
     const TomlTable table = root.table("map");
     table.refuse_keys_beyond(
-        {"beam_max", "keep_m", "clear_scans", "far_m", "old_s", "rebase_m", "origin"}, kRemove);
+        {"beam_max", "keep_m", "clear_scans", "late_m", "far_m", "old_s", "rebase_m", "origin"},
+        kRemove);
     map.beam_max = count_or(table, "beam_max", 20000, 1, GPOM_BEAM_MAX);
     map.keep_m = static_cast<float>(number_or(table, "keep_m", 0.1, {0.0, 1e3}));
     if (map.keep_m > 0.0f && map.keep_m < 1e-3f) {
@@ -280,6 +282,10 @@ void read_map(const TomlTable &root, gpom_config_t &map)
     map.clear_scans = count_or(table, "clear_scans", map.keep_m > 0.0f ? 3 : 0, 0, 4);
     if (map.clear_scans == 1 || (map.clear_scans > 0 && !(map.keep_m > 0.0f))) {
         table.fail("clear_scans", "clear_scans: must be 0, or 2 to 4 with keep_m over 0");
+    }
+    config.late_m = static_cast<float>(number_or(table, "late_m", 0.0, {0.0, 1e3}));
+    if (config.late_m > 0.0f && config.late_m < 1e-3f) {
+        table.fail("late_m", "late_m: must be 0 or at least 0.001");
     }
     map.far_m = static_cast<float>(number_or(table, "far_m", 0.0, {0.0, 1e6}));
     map.old_s = static_cast<float>(number_or(table, "old_s", 0.0, {0.0, 1e9}));
@@ -448,7 +454,7 @@ void read_config(const char *path, Config &config)
     if (const char *const problem = url_problem(config.lcm_url); problem != nullptr) {
         root.fail("lcm_url", std::string("lcm_url: ") + problem);
     }
-    read_map(root, config.map);
+    read_map(root, config);
     read_raster(root, config.map);
     check_map(root, config.map);
     read_pose(root, config.pose);

@@ -80,6 +80,7 @@ struct IntakeConfig {
 struct Config {
     char lcm_url[256];
     gpom_config_t map; ///< With hyperparameters and low-resolution map.
+    float late_m;      ///< Of gpom_map_begin_late(). 0: no beam begins late.
     std::uint64_t
         step_ops; ///< Budget of gpom_map_step() after each scan, and of a slice when idle.
     std::size_t n_sensors;

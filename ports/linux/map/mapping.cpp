@@ -65,7 +65,10 @@ const char *MapThread::init(const Config &config, Memory &memory, const MapLinks
     links_ = links;
     const std::size_t map_bytes = gpom_map_bytes(&config.map);
     auto *const map_memory = memory.take<std::uint8_t>(map_bytes);
-    const gpom_status_t status = gpom_map_init(&map_, &config.map, map_memory, map_bytes);
+    gpom_status_t status = gpom_map_init(&map_, &config.map, map_memory, map_bytes);
+    if (status == GPOM_OK) {
+        status = gpom_map_begin_late(map_, config.late_m);
+    }
     if (status != GPOM_OK) {
         return gpom_status_str(status);
     }
