@@ -232,6 +232,16 @@ def test_every_counter_is_there():
     assert list(gpom.Map(gpom.Params()).stats()) == re.findall(r"uint64_t (\w+);", body)
 
 
+def test_every_field_of_a_beam_is_there(recording):
+    """beams() has the fields of gpom_beam_t."""
+    header = pathlib.Path(__file__).resolve().parents[2] / "include" / "gpom" / "map.h"
+    body = re.search(r"typedef struct \{([^}]*)\} gpom_beam_t;", header.read_text()).group(1)
+    names = re.findall(r"^    \w+ (\w+);", body, re.MULTILINE)
+    beams = gpom.map_of(recording.scans, gpom.preset("street")).beams()
+    assert sorted(beams.dtype.names) == sorted(names) and len(names) > 15
+    assert np.allclose(np.hypot(beams["dir_x"], beams["dir_y"]), 1.0, atol=1e-6)
+
+
 def test_the_simulator_is_gpom_sim(run, tmp_path):
     run("gpom-sim", "--seed", 9, "--scans", 6, "--out", tmp_path / "s.csv", "--truth",
         tmp_path / "t.pgm")
