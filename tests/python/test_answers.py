@@ -127,6 +127,8 @@ def test_the_low_resolution_map_equals_queries_of_its_centres(recording):
     assert np.all(np.abs(cells["probability"] - exact) <= 0.51)
     grid = made.lowres_grid()
     assert np.array_equal(grid.cls, cells["cls"])
+    own = made.grid(1.0, (20.0, 30.0, 80.0, 70.0))  # the package's rule for unknown, and the core's
+    assert np.array_equal(own.cls, cells["cls"]) and np.any(cells["cls"] == gpom.UNKNOWN)
 
 
 def test_a_path_is_as_dangerous_as_its_worst_sample(recording):
