@@ -237,6 +237,7 @@ void add_map(nb::module_ &module)
     add_changes(type);
     add_state(type);
     add_queries(module, type);
+    add_planning(type);
     add_lowres(module, type);
     add_snapshots(type);
 }
