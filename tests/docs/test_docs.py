@@ -168,8 +168,8 @@ def test_commands_run(page, tmp_path):
     own_network = ["unshare", "-n"] if os.getuid() == 0 else ["unshare", "-rn"]
     if subprocess.run([*own_network, "true"], check=False).returncode != 0:
         pytest.skip("unshare -n is not permitted: no network of its own")
-    subprocess.run(["make", "tools", "gpomd", "lib", "examples", "python-package"], cwd=ROOT, check=True,
-                   stdout=subprocess.DEVNULL, timeout=TIMEOUT_S)
+    subprocess.run(["make", "tools", "gpomd", "lib", "examples", "python-package"], cwd=ROOT,
+                   check=True, stdout=subprocess.DEVNULL, timeout=TIMEOUT_S)
     GIVEN.get(page, lambda folder: None)(user_folder(tmp_path))
     script = (f"{NETWORK}\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n"
               f"set -ex\n{script_of(page)}\n")

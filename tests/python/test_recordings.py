@@ -107,7 +107,9 @@ def test_a_sweep_written_as_a_scan_keeps_its_ends(drive, tmp_path):
                      scan.poses[:, 1] + scan.ranges_m * np.sin(bearings)], axis=1)[is_hit]
     nearest_m = np.sqrt(((ends[:, None] - true[None]) ** 2).sum(axis=2)).min(axis=1)
     assert len(ends) > 10
-    assert np.all(nearest_m <= 0.5 * step_rad * range_max_m + 1e-3)
+    reach_m = ranges_m[np.isfinite(ranges_m) & (ranges_m < range_max_m)]
+    assert np.all(nearest_m <= 0.5 * step_rad * reach_m + 1e-3)
+    assert step_rad < 1.1 * drive.angle_step_rad and len(ends) >= 0.9 * len(true)
 
 
 # --- ROS ----------------------------------------------------------------------------------------

@@ -37,4 +37,5 @@ def test_the_lines_of_the_page_run(ros2, tmp_path, monkeypatch):
     assert blocks
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), {})
-    assert {path.name for path in tmp_path.iterdir()} == {"drive", "map.yaml", "map.pgm", "map.mcap"}
+    written = {path.name for path in tmp_path.iterdir()}
+    assert written == {"drive", "map.yaml", "map.pgm", "map.mcap"}

@@ -43,11 +43,15 @@ class Grid:
         return (self.x0_m, self.x0_m + nx * self.cell_m, self.y0_m, self.y0_m + ny * self.cell_m)
 
 
+def with_unknown(cls, variance, params):
+    """Classes of answers, which know no UNKNOWN, with the unknown ones marked."""
+    is_unknown = (cls != OCCUPIED) & (variance > UNKNOWN_SHARE * params.prior_variance)
+    return np.where(is_unknown, UNKNOWN, cls).astype(np.uint8)
+
+
 def grid_of_answers(corner, cell_m, answers, params, stamp_us=0):
     """Grid of ny x nx answers of Map.query_raster()."""
-    cls = np.where((answers["cls"] != OCCUPIED) &
-                   (answers["variance"] > UNKNOWN_SHARE * params.prior_variance),
-                   UNKNOWN, answers["cls"]).astype(np.uint8)
+    cls = with_unknown(answers["cls"], answers["variance"], params)
     return Grid(corner[0], corner[1], cell_m, answers["probability"], answers["variance"], cls,
                 params.p_free, params.p_occupied, stamp_us)
 

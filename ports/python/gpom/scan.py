@@ -75,24 +75,24 @@ class Scan:
 
     def _even_fan(self, laser, ranges_m):
         """(angle_min, angle_step, ranges) of a sweep, seen from one pose of the laser."""
-        sign = -1.0 if self.sensor.upside_down else 1.0
         n = len(ranges_m)
-        step_rad = 2.0 * math.pi / max(n, 1)
-        fan_m = np.full(n, np.nan, np.float32)
-        if n == 0:
-            return -math.pi, step_rad, fan_m
+        if n < 2:
+            return 0.0, 0.0, np.full(n, np.nan, np.float32)
         lasers = np.array([laser_pose(pose, self.sensor) for pose in self.poses])
-        angle_rad = lasers[:, 2] + sign * self.bearings()
+        angle_rad = lasers[:, 2] + (-1.0 if self.sensor.upside_down else 1.0) * self.bearings()
         has_return = ranges_m < np.float32(self.sensor.range_max_m)
         reach_m = np.where(has_return, ranges_m, self.sensor.range_max_m)
         dx_m = lasers[:, 0] + reach_m * np.cos(angle_rad) - laser[0]
         dy_m = lasers[:, 1] + reach_m * np.sin(angle_rad) - laser[1]
-        bearing_rad = np.arctan2(dy_m, dx_m) - laser[2]
-        slot = np.rint((bearing_rad + math.pi) / step_rad).astype(np.int64) % n
-        seen_m = np.where(has_return, np.hypot(dx_m, dy_m), np.inf)
+        bearing_rad = np.unwrap(np.arctan2(dy_m, dx_m) - laser[2])
+        low_rad = bearing_rad.min()
+        step_rad = max((bearing_rad.max() - low_rad) / (n - 1), 1e-9)
+        slot = np.rint((bearing_rad - low_rad) / step_rad).astype(np.int64)
+        seen_m = np.where(has_return, np.hypot(dx_m, dy_m), np.inf).astype(np.float32)
+        fan_m = np.full(n, np.nan, np.float32)
         for i in np.flatnonzero(~np.isnan(ranges_m)):  # the nearest one, where two share a slot
             fan_m[slot[i]] = np.fmin(fan_m[slot[i]], seen_m[i])
-        return -math.pi, step_rad, fan_m
+        return low_rad, step_rad, fan_m
 
 
 def laser_pose(pose, sensor):

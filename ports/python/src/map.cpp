@@ -102,7 +102,9 @@ nb::object beam_dtype()
          GPOM_FIELD(dir_x, "f4"), GPOM_FIELD(dir_y, "f4"), GPOM_FIELD(range_m, "f4"),
          GPOM_FIELD(hit_noise, "f4"), GPOM_FIELD(free_noise, "f4"), GPOM_FIELD(id, "u4"),
          GPOM_FIELD(is_hit, "u1"), GPOM_FIELD(is_free, "u1"), GPOM_FIELD(returned, "u1"),
-         GPOM_FIELD(provisional, "u1"), GPOM_FIELD(past, "u1"), GPOM_FIELD(n_agreed, "u1")},
+         GPOM_FIELD(provisional, "u1"), GPOM_FIELD(past, "u1"), GPOM_FIELD(n_agreed, "u1"),
+         GPOM_FIELD(excess, "f4"), GPOM_FIELD(n_against, "u1"), GPOM_FIELD(arrived, "u1"),
+         GPOM_FIELD(scan, "u2")},
         sizeof(gpom_beam_t));
 #undef GPOM_FIELD
 }
@@ -235,6 +237,7 @@ void add_map(nb::module_ &module)
     add_changes(type);
     add_state(type);
     add_queries(module, type);
+    add_planning(type);
     add_lowres(module, type);
     add_snapshots(type);
 }

@@ -184,6 +184,7 @@ void add_scans(nb::module_ &module);
 void add_map(nb::module_ &module);
 void add_insertion(nb::class_<Map> &map);
 void add_queries(nb::module_ &module, nb::class_<Map> &map);
+void add_planning(nb::class_<Map> &map);
 void add_lowres(nb::module_ &module, nb::class_<Map> &map);
 void add_snapshots(nb::class_<Map> &map);
 void add_learning(nb::module_ &module);

@@ -7,7 +7,7 @@ import zipfile
 import numpy as np
 
 from .. import _core
-from ..grid import FREE, OCCUPIED, UNSURE, Grid
+from ..grid import FREE, OCCUPIED, UNSURE, Grid, with_unknown
 from ..scan import scan_of_tuple
 from . import arrays, lcm, ros
 from .mcap_files import write_scans_mcap
@@ -102,8 +102,7 @@ def read_grid(path, params=None):
         raise FileError(f"{path}: the points are not those of a raster; use gpom-query --raster")
     cell_m = float(f"{(x_m[nx - 1] - x_m[0]) / (nx - 1):.9g}")
     if params is not None:
-        unknown = (variance > 0.95 * params.prior_variance) & (cls != OCCUPIED)
-        cls[unknown] = 3
+        cls = with_unknown(cls, variance, params)
     shape = (len(x_m) // nx, nx)
     return Grid(x_m[0] - 0.5 * cell_m, y_m[0] - 0.5 * cell_m, cell_m,
                 probability.reshape(shape).astype(np.float32),
