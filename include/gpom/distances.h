@@ -172,10 +172,10 @@ typedef struct {
  *  place. If a point there has at least 1/2, it goes on along that ray. Arcs become narrower. The
  *  place is found to 1/256 of its distance. A surface that no ray and no arc meets is missed.
  *
- *  The deviation is d^2 = 0.1^2 + (6.4 v)^2 + (r^2 / 22)^2 in metres. v is the variance at the place
- *  as a part of the prior's. r is the distance in metres: the farther, the more may be hidden. The
- *  numbers are from simulated streets (docs/decisions/distances.md). They hold for places where
- *  beams came, not for places that no sensor ever saw.
+ *  The deviation is d^2 = 0.1^2 + (6.4 v)^2 + (r^2 / 22)^2 in metres. v is the variance at the
+ *  place as a part of the prior's. r is the distance in metres: the farther, the more may be
+ *  hidden. The numbers are from simulated streets (docs/decisions/distances.md). They hold for
+ *  places where beams came, not for places that no sensor ever saw.
  *
  *  range_m  search up to this distance; > 0, at most GPOM_REACH_M [m].
  *  answer   output.

@@ -5,6 +5,7 @@
 
 #include "ports/codec/bot_core.h"
 #include "ports/codec/datagram.h"
+#include "ports/codec/gpom_distances.h"
 #include "ports/codec/gpom_map.h"
 #include "ports/codec/gpom_query.h"
 #include "ports/codec/gpom_scan.h"

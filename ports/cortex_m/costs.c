@@ -200,6 +200,34 @@ static void align_in_room(void)
     require(alignment.flags == 0 ? GPOM_OK : GPOM_ERR_REACH);
 }
 
+static uint64_t field_memory[(GPOM_DISTANCES_BYTES(DEVICE_NX, DEVICE_NY) + 7) / 8];
+
+/* Keep distances up until they are exact. */
+static void keep_distances(gpom_distances_t *field, const gpom_map_t *map, const char *name)
+{
+    gpom_count_begin();
+    const gpom_status_t status = gpom_distances_step(field, map, UINT64_MAX, NULL);
+    gpom_count_end();
+    print_count(name, 1);
+    require(status);
+}
+
+/* Distances from places of the street to the nearest surface. */
+static void query_distances(const gpom_map_t *map)
+{
+    enum { PLACES = 10 };
+    gpom_status_t status = GPOM_OK;
+    gpom_count_begin();
+    for (int i = 0; i < PLACES && status == GPOM_OK; ++i) {
+        gpom_distance_answer_t answer;
+        status =
+            gpom_distance_query(map, &street_points[i * POINTS / PLACES], 10.0, &answer, &scratch);
+    }
+    gpom_count_end();
+    print_count("distance_query", PLACES);
+    require(status);
+}
+
 /* Make a map of the whole street, index it at once, and query it. */
 static gpom_map_t *query_street(const gpom_params_t *params, uint16_t n_each, const char *name)
 {
@@ -223,10 +251,15 @@ int main(void)
         insert_scan(map, i, "insert");
         step(map, 16);
     }
+    gpom_distances_t *field;
+    require(gpom_distances_init(&field, map, field_memory, sizeof field_memory));
+    keep_distances(field, map, "distances_first");
     insert_scan(map, STREET_SCANS - 1, "insert");
     refresh(map, 16, "refresh");
+    keep_distances(field, map, "distances_update");
     query(map, "query_8+8");
     send_distances(map);
+    query_distances(map);
     (void)query_street(&gpom_params_street, MANY, "query_16+16");
     gpom_params_t plain; /* Matern-1/2 */
     gpom_params_init(&plain);

@@ -121,6 +121,40 @@ void make(Sample<peer_gpom_map_t> &sample, Random &random)
     encode_with_crc(sample, peer_gpom_map_t_encoded_size, peer_gpom_map_t_encode);
 }
 
+void make(Sample<peer_gpom_distances_t> &sample, Random &random)
+{
+    auto &p = sample.peer;
+    fill(random, p.utime, p.sequence, p.frame_epoch, p.corner, p.cell_m);
+    p.n_tiles = static_cast<std::int16_t>(1 + below(random, 100));
+    p.i_tile = below(random, p.n_tiles);
+    p.keyframe = static_cast<std::int8_t>(below(random, 2));
+    p.nx = below<std::int16_t>(random, 13);
+    p.ny = below<std::int16_t>(random, 13);
+    p.ix0 = below<std::int16_t>(random, 1000);
+    p.iy0 = below<std::int16_t>(random, 1000);
+    p.map_nx = static_cast<std::int16_t>(p.ix0 + p.nx + below(random, 100));
+    p.map_ny = static_cast<std::int16_t>(p.iy0 + p.ny + below(random, 100));
+    p.n_cells = p.nx * p.ny;
+    std::int16_t **const fields[] = {&p.occupied_dx, &p.occupied_dy, &p.not_free_dx,
+                                     &p.not_free_dy};
+    for (std::size_t k = 0; k < 4; ++k) {
+        sample.offsets[k].resize(static_cast<std::size_t>(p.n_cells));
+        *fields[k] = sample.offsets[k].data();
+    }
+    for (std::size_t i = 0; i < sample.offsets[0].size(); ++i) { // to a cell of the map, or none
+        const int ix = p.ix0 + static_cast<int>(i) % p.nx;
+        const int iy = p.iy0 + static_cast<int>(i) / p.nx;
+        for (std::size_t k = 0; k < 4; k += 2) {
+            const bool is_none = below(random, 8) == 0;
+            const int dx = below<int>(random, p.map_nx) - ix;
+            const int dy = below<int>(random, p.map_ny) - iy;
+            sample.offsets[k][i] = static_cast<std::int16_t>(is_none ? INT16_MIN : dx);
+            sample.offsets[k + 1][i] = static_cast<std::int16_t>(is_none ? INT16_MIN : dy);
+        }
+    }
+    encode_with_crc(sample, peer_gpom_distances_t_encoded_size, peer_gpom_distances_t_encode);
+}
+
 void make(Sample<peer_gpom_status_t> &sample, Random &random)
 {
     auto &p = sample.peer;
@@ -243,5 +277,6 @@ std::vector<Bytes> one_of_each(Random &random)
             bytes_of<peer_mbot_lcm_msgs_lidar_t>(random),
             bytes_of<peer_mbot_lcm_msgs_pose2D_t>(random),
             bytes_of<peer_mbot_lcm_msgs_occupancy_grid_t>(random),
-            bytes_of<peer_occ_map_pixel_map_t>(random)};
+            bytes_of<peer_occ_map_pixel_map_t>(random),
+            bytes_of<peer_gpom_distances_t>(random)};
 }

@@ -9,6 +9,7 @@ extern "C" {
 #include "peer_bot_core_planar_lidar_t.h"
 #include "peer_bot_core_pose_t.h"
 #include "peer_gpom_answer_t.h"
+#include "peer_gpom_distances_t.h"
 #include "peer_gpom_map_t.h"
 #include "peer_gpom_query_t.h"
 #include "peer_gpom_scan_t.h"
@@ -30,6 +31,7 @@ template <class Peer> struct Sample {
     std::array<std::vector<float>, 3> floats;
     std::vector<std::int64_t> times;
     std::array<Bytes, 2> codes;
+    std::array<std::vector<std::int16_t>, 4> offsets;
     std::vector<peer_gpom_point_t> points;
     std::vector<peer_gpom_point_answer_t> answers;
     Bytes bytes;
@@ -41,6 +43,7 @@ template <class Peer> struct Sample {
 
 void make(Sample<peer_gpom_scan_t> &sample, Random &random);
 void make(Sample<peer_gpom_map_t> &sample, Random &random);
+void make(Sample<peer_gpom_distances_t> &sample, Random &random);
 void make(Sample<peer_gpom_status_t> &sample, Random &random);
 void make(Sample<peer_gpom_query_t> &sample, Random &random);
 void make(Sample<peer_gpom_answer_t> &sample, Random &random);

@@ -1,4 +1,5 @@
 // The codec reads what lcm-gen writes and writes what lcm-gen reads: each field, each byte.
+#include "gpom/distances.h"
 #include "tests/codec/samples.hpp"
 
 #include <doctest/doctest.h>
@@ -8,6 +9,7 @@
 #include "peer/bot_core/planar_lidar_t.hpp"
 #include "peer/bot_core/pose_t.hpp"
 #include "peer/gpom/answer_t.hpp"
+#include "peer/gpom/distances_t.hpp"
 #include "peer/gpom/map_t.hpp"
 #include "peer/gpom/query_t.hpp"
 #include "peer/gpom/scan_t.hpp"
@@ -64,6 +66,7 @@ TEST_CASE("fingerprints are those of lcm-gen's C and C++ code")
     const auto bits = [](std::int64_t hash) { return static_cast<std::uint64_t>(hash); };
     CHECK(bits(__peer_gpom_scan_t_get_hash()) == GPOM_WIRE_SCAN_FINGERPRINT);
     CHECK(bits(__peer_gpom_map_t_get_hash()) == GPOM_WIRE_MAP_FINGERPRINT);
+    CHECK(bits(__peer_gpom_distances_t_get_hash()) == GPOM_WIRE_DISTANCES_FINGERPRINT);
     CHECK(bits(__peer_gpom_status_t_get_hash()) == GPOM_WIRE_STATUS_FINGERPRINT);
     CHECK(bits(__peer_gpom_query_t_get_hash()) == GPOM_WIRE_QUERY_FINGERPRINT);
     CHECK(bits(__peer_gpom_answer_t_get_hash()) == GPOM_WIRE_ANSWER_FINGERPRINT);
@@ -88,6 +91,9 @@ TEST_CASE("the size macros say how long a message is")
     Sample<peer_gpom_map_t> map;
     make(map, random);
     CHECK(map.bytes.size() == GPOM_WIRE_MAP_BYTES(map.peer.n_cells));
+    Sample<peer_gpom_distances_t> distances;
+    make(distances, random);
+    CHECK(distances.bytes.size() == GPOM_WIRE_DISTANCES_BYTES(distances.peer.n_cells));
     Sample<peer_gpom_status_t> status;
     make(status, random);
     CHECK(status.bytes.size() == GPOM_WIRE_STATUS_BYTES);
@@ -105,6 +111,9 @@ TEST_CASE("tile, status, query and answer fit one datagram")
     const std::size_t around = GPOM_WIRE_SHORT_HEADER_BYTES + GPOM_WIRE_CHANNEL_MAX + 1;
     CHECK(GPOM_WIRE_MAP_CELLS_MAX == 651);
     CHECK(around + GPOM_WIRE_MAP_BYTES(GPOM_WIRE_MAP_CELLS_MAX) <= GPOM_WIRE_DATAGRAM_BYTES);
+    CHECK(GPOM_WIRE_DISTANCES_CELLS_MAX == 166);
+    CHECK(around + GPOM_WIRE_DISTANCES_BYTES(GPOM_WIRE_DISTANCES_CELLS_MAX) <=
+          GPOM_WIRE_DATAGRAM_BYTES);
     CHECK(around + GPOM_WIRE_STATUS_BYTES <= GPOM_WIRE_DATAGRAM_BYTES);
     CHECK(around + GPOM_WIRE_QUERY_BYTES(GPOM_WIRE_POINTS_MAX) <= GPOM_WIRE_DATAGRAM_BYTES);
     CHECK(around + GPOM_WIRE_ANSWER_BYTES(GPOM_WIRE_POINTS_MAX) <= GPOM_WIRE_DATAGRAM_BYTES);
@@ -118,6 +127,8 @@ TEST_CASE("constants of the definitions are those of the headers")
     CHECK(PEER_GPOM_MAP_T_CLASS_OCCUPIED == GPOM_WIRE_OCCUPIED);
     CHECK(PEER_GPOM_MAP_T_CLASS_UNKNOWN == GPOM_WIRE_UNKNOWN);
     CHECK(PEER_GPOM_MAP_T_PROBABILITY_UNKNOWN == GPOM_WIRE_PROBABILITY_UNKNOWN);
+    CHECK(PEER_GPOM_DISTANCES_T_OFFSET_NONE == GPOM_WIRE_OFFSET_NONE);
+    CHECK(GPOM_OFFSET_NONE == GPOM_WIRE_OFFSET_NONE);
     CHECK(GPOM_FREE == static_cast<int>(GPOM_WIRE_FREE));
     CHECK(GPOM_UNSURE == static_cast<int>(GPOM_WIRE_UNSURE));
     CHECK(GPOM_OCCUPIED == static_cast<int>(GPOM_WIRE_OCCUPIED));
@@ -226,6 +237,79 @@ TEST_CASE("gpom.scan_t is read and written as lcm-gen does")
             CHECK(same(m.ranges_m.n, p.n_ranges));
             CHECK(same(m.ranges_m.values, p.ranges, p.n_ranges));
         });
+}
+
+/// True if the codec's offsets are those of lcm-gen's array, each read and written back.
+bool same_offsets(const std::uint8_t *ours, const std::int16_t *theirs, std::int32_t n)
+{
+    std::vector<std::uint8_t> again(static_cast<std::size_t>(2 * n) + 1);
+    for (std::int32_t i = 0; i < n; ++i) {
+        const auto place = static_cast<std::uint32_t>(i);
+        if (gpom_wire_offset(ours, place) != theirs[i]) {
+            return false;
+        }
+        gpom_wire_offset_put(again.data(), place, theirs[i]);
+    }
+    return n == 0 || std::memcmp(ours, again.data(), static_cast<std::size_t>(2 * n)) == 0;
+}
+
+TEST_CASE("gpom.distances_t is read and written as lcm-gen does")
+{
+    check<peer::gpom::distances_t, peer_gpom_distances_t>(
+        gpom_wire_distances_t{}, gpom_wire_distances_decode, gpom_wire_distances_encode,
+        [](const auto &m, const auto &p) {
+            CHECK(m.stamp_us == p.utime);
+            CHECK(same(m.sequence, p.sequence));
+            CHECK(same(m.i_tile, p.i_tile));
+            CHECK(same(m.n_tiles, p.n_tiles));
+            CHECK(same(m.keyframe, p.keyframe));
+            CHECK(m.frame_epoch == p.frame_epoch);
+            CHECK(same(m.corner_m, p.corner));
+            CHECK(same(m.cell_m, p.cell_m));
+            CHECK(same(m.map_nx, p.map_nx));
+            CHECK(same(m.map_ny, p.map_ny));
+            CHECK(same(m.ix0, p.ix0));
+            CHECK(same(m.iy0, p.iy0));
+            CHECK(same(m.nx, p.nx));
+            CHECK(same(m.ny, p.ny));
+            CHECK(same_offsets(m.occupied_dx, p.occupied_dx, p.n_cells));
+            CHECK(same_offsets(m.occupied_dy, p.occupied_dy, p.n_cells));
+            CHECK(same_offsets(m.not_free_dx, p.not_free_dx, p.n_cells));
+            CHECK(same_offsets(m.not_free_dy, p.not_free_dy, p.n_cells));
+        });
+}
+
+// A subscriber may follow an offset without a check of its own.
+TEST_CASE("an offset that leaves the map, or is none in one direction alone, is refused")
+{
+    std::uint8_t bytes[GPOM_WIRE_DISTANCES_BYTES(1)];
+    std::uint8_t offsets[4][2];
+    gpom_wire_distances_t m = {};
+    m.n_tiles = m.nx = m.ny = 1;
+    m.map_nx = m.map_ny = 10;
+    m.ix0 = 4;
+    m.iy0 = 7;
+    m.occupied_dx = offsets[0], m.occupied_dy = offsets[1];
+    m.not_free_dx = offsets[2], m.not_free_dy = offsets[3];
+    const auto is_taken = [&](std::size_t kind, std::int16_t dx, std::int16_t dy) {
+        for (std::size_t i = 0; i < 4; ++i) {
+            gpom_wire_offset_put(offsets[i], 0, 0);
+        }
+        gpom_wire_offset_put(offsets[2 * kind], 0, dx);
+        gpom_wire_offset_put(offsets[2 * kind + 1], 0, dy);
+        return gpom_wire_distances_encode(&m, bytes, sizeof bytes) == sizeof bytes;
+    };
+    for (const std::size_t kind : {0u, 1u}) {
+        CHECK(is_taken(kind, -4, -7));
+        CHECK(is_taken(kind, 5, 2));
+        CHECK(is_taken(kind, GPOM_WIRE_OFFSET_NONE, GPOM_WIRE_OFFSET_NONE));
+        CHECK_FALSE(is_taken(kind, -5, 0));
+        CHECK_FALSE(is_taken(kind, 6, 0));
+        CHECK_FALSE(is_taken(kind, 0, -8));
+        CHECK_FALSE(is_taken(kind, 0, 3));
+        CHECK_FALSE(is_taken(kind, GPOM_WIRE_OFFSET_NONE, 0));
+        CHECK_FALSE(is_taken(kind, 0, GPOM_WIRE_OFFSET_NONE));
+    }
 }
 
 TEST_CASE("gpom.map_t is read and written as lcm-gen does")

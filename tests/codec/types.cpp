@@ -67,7 +67,7 @@ Reencoded reencode(const std::uint8_t *bytes, std::size_t n_bytes)
             gpom_wire_##name##_encode>                                                             \
     }
 
-const std::array<Type, 11> kTypes = {{
+const std::array<Type, 12> kTypes = {{
     TYPE(scan, GPOM_WIRE_SCAN_FINGERPRINT, true),
     TYPE(map, GPOM_WIRE_MAP_FINGERPRINT, true),
     TYPE(status, GPOM_WIRE_STATUS_FINGERPRINT, true),
@@ -79,6 +79,7 @@ const std::array<Type, 11> kTypes = {{
     TYPE(pose2d, GPOM_WIRE_POSE2D_FINGERPRINT, false),
     TYPE(occupancy_grid, GPOM_WIRE_OCCUPANCY_GRID_FINGERPRINT, false),
     TYPE(pixel_map, GPOM_WIRE_PIXEL_MAP_FINGERPRINT, false),
+    TYPE(distances, GPOM_WIRE_DISTANCES_FINGERPRINT, true),
 }};
 
 const Type *type_of(const Bytes &message)

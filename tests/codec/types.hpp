@@ -23,7 +23,7 @@ struct Type {
     Reencoded (*reencode)(const std::uint8_t *bytes, std::size_t n_bytes);
 };
 
-extern const std::array<Type, 11> kTypes;
+extern const std::array<Type, 12> kTypes;
 
 /// The type of a message, or NULL.
 const Type *type_of(const Bytes &message);

@@ -20,6 +20,8 @@ SECTION = re.compile(r"^ \.(?:text|rodata|data)[\w.$*-]*\s+0x([0-9a-f]+)\s+0x([0
                      re.MULTILINE)
 LIBRARY_PART = re.compile(r"libgpom\.a\((\w+)\.o\)$")
 RUNTIME = re.compile(r"lib(gcc|c_nano|m)\.a\(")
+# Objects of which no byte may be in the device's image, because it calls nothing of them.
+UNCALLED = ["sectors", "distances", "distance_field", "distance_query"]
 # What GPOM_MAP_BYTES() counts besides the beams.
 FIXED_BYTES = 3136
 
@@ -69,6 +71,11 @@ def mavlink_bytes(map_path):
                if 0 < int(address, 16) < RAM_START and "libgpom_mavlink.a(" in file)
 
 
+def object_bytes(folder, *names):
+    """Bytes of text of objects of the core, whether an image has them or not."""
+    return sum(sections(f"{folder}/obj/src/{name}.o")[0] for name in names)
+
+
 def figures(folder, beam_max):
     """{metric: bytes} of the device image, and the parts of its core."""
     text, data, bss = sections(f"{folder}/gpom_device.elf")
@@ -81,7 +88,11 @@ def figures(folder, beam_max):
             "bytes a beam": round((map_bytes - FIXED_BYTES) / beam_max, 2),
             "image text with mavlink": with_mavlink[0],
             "image bss with stack and mavlink": with_mavlink[2],
-            "mavlink text": mavlink_bytes(f"{folder}/gpom_mavlink.map")}, core
+            "mavlink text": mavlink_bytes(f"{folder}/gpom_mavlink.map"),
+            "sectors text": object_bytes(folder, "plan/sectors"),
+            "distances text": object_bytes(folder, "plan/distances", "plan/distance_field"),
+            "distance query text": object_bytes(folder, "plan/distance_query"),
+            "uncalled text": sum(core.get(name, 0) for name in UNCALLED)}, core
 
 
 def beam_max():

@@ -115,7 +115,11 @@ def costs_of(counted):
              "build": max(n for n, _ in intervals["build"]),
              "mavlink sectors": intervals["mavlink_sectors"][0][0],
              "mavlink message": intervals["mavlink_message"][0][0],
-             "align 180 returns": intervals["align"][0][0]}
+             "align 180 returns": intervals["align"][0][0],
+             "distances first": intervals["distances_first"][0][0],
+             "distances update": intervals["distances_update"][0][0]}
+    (n, units), = intervals["distance_query"]
+    costs["distance query"] = n / units
     for each in "8+8", "16+16", "plain 8+8", "plain 16+16":
         (n, units), = intervals[f"query_{each.replace(' ', '_')}"]
         costs[f"query {each}"] = n / units

@@ -138,7 +138,7 @@ void settle(Field &f, Random &random, std::uint64_t least)
 
 } // namespace
 
-// 1,000 changes of one raster and 250 of others, from one cell to all of them, in slices of any
+// 1,000 changes of one raster and 100 of others, from one cell to all of them, in slices of any
 // size. The window moves, too.
 TEST_CASE("distances equal a search of all cells in every cell after each change")
 {
@@ -150,7 +150,7 @@ TEST_CASE("distances equal a search of all cells in every cell after each change
         for (std::uint32_t i = 0; i < f.layer().cell_max; ++i) {
             f.set(i, random.below(20) == 0 ? 1 + random.below(3) : 0);
         }
-        const int n_changes = side[0] == 24 ? 1000 : 250;
+        const int n_changes = side[0] == 24 ? 1000 : 100;
         for (int i = 0; i < n_changes; ++i) {
             change(f, random);
             settle(f, random, GPOM_DISTANCES_OPS_MIN(side[0], side[1]));
