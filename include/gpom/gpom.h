@@ -4,6 +4,7 @@
  *  - scan.h: put scans with poses in.
  *  - align.h: find the pose at which a scan fits the map.
  *  - query.h: get answers at any point.
+ *  - gradient.h: answers with their derivatives.
  *  - lowres.h: rasters for planners.
  *  - path.h: paths, and places to explore, for planners.
  *  - distances.h: distances to obstacles, with gradients.
@@ -21,6 +22,7 @@
 #include "gpom/align.h"
 #include "gpom/distances.h"
 #include "gpom/exchange.h"
+#include "gpom/gradient.h"
 #include "gpom/live.h"
 #include "gpom/lowres.h"
 #include "gpom/map.h"
