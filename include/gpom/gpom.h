@@ -9,6 +9,7 @@
  *  - path.h: paths, and places to explore, for planners.
  *  - distances.h: distances to obstacles, with gradients.
  *  - sectors.h: how far all is free about a pose.
+ *  - ray.h: how far a beam would go, and whole simulated scans.
  *  - map.h: the map itself, in memory of the caller.
  *  - live.h: keep a map up to date in slices of work.
  *  - exchange.h: beams leave a map and enter another one.
@@ -30,6 +31,7 @@
 #include "gpom/path.h"
 #include "gpom/query.h"
 #include "gpom/repose.h"
+#include "gpom/ray.h"
 #include "gpom/scan.h"
 #include "gpom/sectors.h"
 #include "gpom/snapshot.h"

@@ -13,11 +13,27 @@ namespace gpom
 namespace
 {
 
-using AnswerArray = gpom_answer_t *;
+/// Where answers go. distances: NULL, or as many as answers.
+struct AnswerArrays {
+    gpom_answer_t *answers;
+    gpom_distances *distances;
+};
+
+void put_distances(const Workspace &work, gpom_distances *distances)
+{
+    const Packet &packet = *work.packet;
+    const F hit_m = lane::sqrt(work.hits.best[0].d2);
+    const F last_hit_m = lane::sqrt(work.hits.best[work.points.n_hits - 1].d2);
+    const F free_m = lane::sqrt(work.free.best[0].d2);
+    for (int i = 0; i < packet.n; ++i) {
+        distances[packet.i_answer[i]] = {lane::get(hit_m, i), lane::get(last_hit_m, i),
+                                         lane::get(free_m, i)};
+    }
+}
 
 /// Answer a packet whose neighbours were found. Returns the bitwise or of the flags of the answers.
 template <gpom_kernel_t K>
-unsigned answer_found(const gpom_map &map, Workspace &work, const AnswerArray &answers)
+unsigned answer_found(const gpom_map &map, Workspace &work, const AnswerArrays &out)
 {
     const Packet &packet = *work.packet;
     const gpom_params_t &params = map.config.params;
@@ -37,13 +53,16 @@ unsigned answer_found(const gpom_map &map, Workspace &work, const AnswerArray &a
     unsigned flags = 0;
     for (int i = 0; i < packet.n; ++i) {
         const gpom_answer_t answer = answer_of(map, packet, lanes, i);
-        answers[packet.i_answer[i]] = answer;
+        out.answers[packet.i_answer[i]] = answer;
         flags |= answer.flags;
+    }
+    if (out.distances != nullptr) {
+        put_distances(work, out.distances);
     }
     return flags;
 }
 
-AnswerFound<AnswerArray> answer_found_for(int32_t kernel)
+AnswerFound<AnswerArrays> answer_found_for(int32_t kernel)
 {
     switch (kernel) {
     case GPOM_KERNEL_NN:
@@ -79,11 +98,18 @@ void add_block(Packet &packet, const gpom_map &map, const gpom_raster_t &raster,
 
 size_t scratch_bytes_for(const gpom_map &map) { return scratch_bytes(scratch_need(map)); }
 
+unsigned probe_points(const gpom_map &map, const gpom_point_list &points, gpom_answer_t *answers,
+                      gpom_distances *distances, void *scratch)
+{
+    Workspace work = carve_workspace(map, scratch);
+    const AnswerArrays out = {answers, distances};
+    return answer_list(map, work, points, answer_found_for(map.config.params.kernel), out);
+}
+
 unsigned answer_points(const gpom_map &map, const gpom_point_list &points, gpom_answer_t *answers,
                        void *scratch)
 {
-    Workspace work = carve_workspace(map, scratch);
-    return answer_list(map, work, points, answer_found_for(map.config.params.kernel), answers);
+    return probe_points(map, points, answers, nullptr, scratch);
 }
 
 /// Answer a raster block by block. Every second row of blocks goes backwards, so that each block is
@@ -92,7 +118,8 @@ unsigned answer_raster(const gpom_map &map, const gpom_raster_t &raster, gpom_an
                        void *scratch)
 {
     Workspace work = carve_workspace(map, scratch);
-    const AnswerFound<AnswerArray> found = answer_found_for(map.config.params.kernel);
+    const AnswerFound<AnswerArrays> found = answer_found_for(map.config.params.kernel);
+    const AnswerArrays out = {answers, nullptr};
     const uint32_t last_ix = (raster.nx - 1) / kBlockX * kBlockX;
     unsigned flags = 0;
     for (uint32_t iy = 0; iy < raster.ny; iy += kBlockY) {
@@ -100,7 +127,7 @@ unsigned answer_raster(const gpom_map &map, const gpom_raster_t &raster, gpom_an
         for (uint32_t i = 0; i < raster.nx; i += kBlockX) {
             clear(*work.packet);
             add_block(*work.packet, map, raster, is_backward ? last_ix - i : i, iy);
-            flags |= answer_packet(map, work, found, answers);
+            flags |= answer_packet(map, work, found, out);
         }
     }
     lane::clear_upper_parts();
@@ -111,7 +138,8 @@ unsigned answer_raster(const gpom_map &map, const gpom_raster_t &raster, gpom_an
 
 gpom_hot_path hot_path_here()
 {
-    return {static_cast<uint32_t>(kLanes), scratch_bytes_for, answer_points, answer_raster};
+    return {static_cast<uint32_t>(kLanes), scratch_bytes_for, answer_points, probe_points,
+            answer_raster};
 }
 
 } // namespace gpom
