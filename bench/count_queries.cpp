@@ -1,7 +1,7 @@
 // Runs queries for an instruction counter (tests/instructions.py), on the map of a simulated
 // street, at places spread over it.
 //
-// usage: count-queries PARAMS.toml N_HITS N_FREE N_POINTS
+// usage: count-queries PARAMS.toml N_HITS N_FREE N_POINTS points|gradients
 #include "ports/host/params_toml.hpp"
 #include "tools/map/host_map.hpp"
 #include "tools/sim/street.hpp"
@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 
 using namespace gpom_tools;
 
@@ -34,8 +35,9 @@ std::uint16_t count_of(const char *text) { return static_cast<std::uint16_t>(std
 
 int main(int argc, char **argv)
 {
-    if (argc != 5) {
-        std::fprintf(stderr, "usage: count-queries PARAMS.toml N_HITS N_FREE N_POINTS\n");
+    if (argc != 6) {
+        std::fprintf(stderr,
+                     "usage: count-queries PARAMS.toml N_HITS N_FREE N_POINTS points|gradients\n");
         return 2;
     }
     gpom_params_t params = read_params(argv[1]);
@@ -47,8 +49,14 @@ int main(int argc, char **argv)
     map.insert(scans);
     const std::vector<gpom_point_t> points = spread_points(street, count_of(argv[4]));
     double sum = 0.0;
-    for (const gpom_answer_t &answer : map.query(points)) {
-        sum += static_cast<double>(answer.probability);
+    if (std::strcmp(argv[5], "gradients") == 0) {
+        for (const gpom_gradient_t &gradient : map.gradients(points)) {
+            sum += static_cast<double>(gradient.probability_x);
+        }
+    } else {
+        for (const gpom_answer_t &answer : map.query(points)) {
+            sum += static_cast<double>(answer.probability);
+        }
     }
     std::printf("points %zu lanes %u sum %.6f\n", points.size(), gpom_lanes(), sum);
     return 0;

@@ -28,6 +28,7 @@ struct Options {
     std::vector<double> origin = {0.0, 0.0};
     ReadOptions reading;
     std::optional<double> beam_max; ///< Absent: as many as the scans have.
+    bool gradients = false;         ///< Derivatives of the answers, too.
     std::string kept_path;          ///< File for the kept beams, CSV.
     bool live = false;              ///< Keep only useful beams, as a vehicle does.
     LiveConfig live_config;
@@ -52,6 +53,8 @@ void declare_options(CLI::App &app, Options &options)
     app.add_option("--out", options.out_path, "Answers: x,y,mean,variance,probability,class a line")
         ->required()
         ->type_name("FILE");
+    app.add_flag("--gradients", options.gradients,
+                 "Also write the derivatives by x and y: mean_x,...,probability_y [1/m]");
     app.add_option("--origin", options.origin,
                    "Origin X,Y of the map [m]; beams must lie within 8 km of it")
         ->delimiter(',')
@@ -159,19 +162,40 @@ HostMap map_of(const Options &options, const std::vector<Scan> &scans)
     return map;
 }
 
-std::vector<gpom_answer_t> answers_of(const HostMap &map, const std::vector<gpom_point_t> &points)
+/// Answers by `query`, some points at a time.
+template <class Query> auto answers_of(const std::vector<gpom_point_t> &points, const Query &query)
 {
-    std::vector<gpom_answer_t> answers;
+    decltype(query(points)) answers;
     answers.reserve(points.size());
     Progress progress("answering");
     for (std::size_t i = 0; i < points.size(); i += kChunk) {
         const auto first = points.begin() + static_cast<std::ptrdiff_t>(i);
         const auto last = first + static_cast<std::ptrdiff_t>(std::min(kChunk, points.size() - i));
-        const std::vector<gpom_answer_t> part = map.query(std::vector<gpom_point_t>(first, last));
+        const auto part = query(std::vector<gpom_point_t>(first, last));
         answers.insert(answers.end(), part.begin(), part.end());
         progress.update(answers.size(), points.size());
     }
     return answers;
+}
+
+struct AnswerFile {
+    std::vector<gpom_answer_t> answers;
+    std::string text;
+};
+
+AnswerFile answer_file(const HostMap &map, const std::vector<gpom_point_t> &points, bool gradients)
+{
+    if (!gradients) {
+        auto answers = answers_of(points, [&map](const auto &part) { return map.query(part); });
+        std::string text = answers_csv(points, answers);
+        return {std::move(answers), std::move(text)};
+    }
+    const auto all = answers_of(points, [&map](const auto &part) { return map.gradients(part); });
+    std::vector<gpom_answer_t> answers;
+    for (const gpom_gradient_t &gradient : all) {
+        answers.push_back(gradient.answer);
+    }
+    return {std::move(answers), gradients_csv(points, all)};
 }
 
 void report(const HostMap &map, const std::vector<gpom_answer_t> &answers)
@@ -227,13 +251,13 @@ void query(const Options &options)
     const std::vector<gpom_point_t> points = points_of(options);
     const std::vector<Scan> scans = read_scans(options.scans_path, options.reading);
     const HostMap map = map_of(options, scans);
-    const std::vector<gpom_answer_t> answers = answers_of(map, points);
-    std::vector<FileContent> files = {{options.out_path, answers_csv(points, answers)}};
+    const AnswerFile file = answer_file(map, points, options.gradients);
+    std::vector<FileContent> files = {{options.out_path, file.text}};
     if (!options.kept_path.empty()) {
         files.push_back({options.kept_path, beams_csv(map.kept())});
     }
     replace_files(files);
-    report(map, answers);
+    report(map, file.answers);
     if (options.live) {
         report_live(map);
     }

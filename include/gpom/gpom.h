@@ -4,10 +4,12 @@
  *  - scan.h: put scans with poses in.
  *  - align.h: find the pose at which a scan fits the map.
  *  - query.h: get answers at any point.
+ *  - gradient.h: answers with their derivatives.
  *  - lowres.h: rasters for planners.
  *  - path.h: paths, and places to explore, for planners.
  *  - distances.h: distances to obstacles, with gradients.
  *  - sectors.h: how far all is free about a pose.
+ *  - ray.h: how far a beam would go, and whole simulated scans.
  *  - map.h: the map itself, in memory of the caller.
  *  - live.h: keep a map up to date in slices of work.
  *  - exchange.h: beams leave a map and enter another one.
@@ -21,6 +23,7 @@
 #include "gpom/align.h"
 #include "gpom/distances.h"
 #include "gpom/exchange.h"
+#include "gpom/gradient.h"
 #include "gpom/live.h"
 #include "gpom/lowres.h"
 #include "gpom/map.h"
@@ -28,6 +31,7 @@
 #include "gpom/path.h"
 #include "gpom/query.h"
 #include "gpom/repose.h"
+#include "gpom/ray.h"
 #include "gpom/scan.h"
 #include "gpom/sectors.h"
 #include "gpom/snapshot.h"

@@ -3,8 +3,9 @@
  *
  * The scans of a street go into a live map with a low-resolution map of 32 x 32 cells. After each
  * scan all work on the map is done. Then points are queried, with 8 + 8 and with 16 + 16
- * neighbours, with the street preset and with the default hyperparameters. Last, a scan is aligned
- * in a room. Each interval prints "count NAME UNITS".
+ * neighbours, with the street preset and with the default hyperparameters; with 8 + 8 also points
+ * with derivatives, and a fan of rays. Last, a scan is aligned in a room. Each interval prints
+ * "count NAME UNITS".
  */
 #include "gpom/presets/street.h"
 #include "ports/cortex_m/device_limits.h"
@@ -15,13 +16,18 @@
 enum {
     MANY = 16,         /* neighbours of each kind */
     POINTS = 100,      /* of a query */
+    RAYS = 36,         /* of a fan */
     ALIGN_RANGES = 180 /* of a scan that is aligned */
 };
 
 static uint64_t map_memory[(GPOM_MAP_BYTES(DEVICE_BEAM_MAX, DEVICE_NX *DEVICE_NY) + 7) / 8];
-static uint8_t scratch_memory[GPOM_SCRATCH_BYTES(2 * MANY, 1)];
+static uint8_t scratch_memory[GPOM_SCRATCH_BYTES(2 * MANY, 1) > GPOM_GRADIENT_BYTES(16, 1)
+                                  ? GPOM_SCRATCH_BYTES(2 * MANY, 1)
+                                  : GPOM_GRADIENT_BYTES(16, 1)];
 static const gpom_scratch_t scratch = {scratch_memory, sizeof scratch_memory};
 static gpom_answer_t answers[POINTS];
+static gpom_gradient_t gradients[POINTS];
+static gpom_ray_t rays[RAYS];
 
 static void print_count(const char *name, uint32_t n)
 {
@@ -228,6 +234,29 @@ static void query_distances(const gpom_map_t *map)
     require(status);
 }
 
+static void query_gradients(const gpom_map_t *map, const char *name)
+{
+    gpom_count_begin();
+    const gpom_status_t status =
+        gpom_query_gradients(map, street_points, POINTS, gradients, &scratch);
+    gpom_count_end();
+    print_count(name, POINTS);
+    require(status);
+}
+
+/* Rays all around the place of the last scan. */
+static void follow_rays(const gpom_map_t *map, const char *name)
+{
+    const double *const at = street_poses[STREET_SCANS - 1];
+    const double turn_rad = 6.283185307179586;
+    const gpom_fan_t fan = {at[0], at[1], at[2], turn_rad / RAYS, RAYS, 0.5f, 20.0, 0.0f, NULL, 0};
+    gpom_count_begin();
+    const gpom_status_t status = gpom_ray_fan(map, &fan, rays, NULL, &scratch);
+    gpom_count_end();
+    print_count(name, RAYS);
+    require(status);
+}
+
 /* Make a map of the whole street, index it at once, and query it. */
 static gpom_map_t *query_street(const gpom_params_t *params, uint16_t n_each, const char *name)
 {
@@ -260,10 +289,14 @@ int main(void)
     query(map, "query_8+8");
     send_distances(map);
     query_distances(map);
+    query_gradients(map, "gradient_8+8");
+    follow_rays(map, "fan_8+8");
     (void)query_street(&gpom_params_street, MANY, "query_16+16");
     gpom_params_t plain; /* Matern-1/2 */
     gpom_params_init(&plain);
     map = query_street(&plain, 8, "query_plain_8+8");
+    query_gradients(map, "gradient_plain_8+8");
+    follow_rays(map, "fan_plain_8+8");
     refresh(map, 16, "refresh_plain");
     (void)query_street(&plain, MANY, "query_plain_16+16");
     align_in_room();

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "gpom/params.h"
-#include "src/lane/elementary.hpp"
+#include "src/lane/dual.hpp"
 
 namespace gpom
 {

@@ -14,13 +14,22 @@ struct gpom_point_list {
     size_t n;
 };
 
-/// Queries at one lane width. The caller has checked the arguments. answer_points() and
-/// answer_raster() return the bitwise or of the flags of the answers.
+/// Distances from a query to the neighbours that it uses. Where there is no neighbour: about 3e14.
+struct gpom_distances {
+    float hit_m;      ///< The nearest hit.
+    float last_hit_m; ///< The farthest hit.
+    float free_m;     ///< The nearest free segment.
+};
+
+/// Queries at one lane width. The caller has checked the arguments. answer_points(), probe_points()
+/// and answer_raster() return the bitwise or of the flags of the answers.
 struct gpom_hot_path {
     uint32_t lanes;
     size_t (*scratch_bytes)(const gpom_map &map);
     unsigned (*answer_points)(const gpom_map &map, const gpom_point_list &points,
                               gpom_answer_t *answers, void *scratch);
+    unsigned (*probe_points)(const gpom_map &map, const gpom_point_list &points,
+                             gpom_answer_t *answers, gpom_distances *distances, void *scratch);
     unsigned (*answer_raster)(const gpom_map &map, const gpom_raster_t &raster,
                               gpom_answer_t *answers, void *scratch);
 };

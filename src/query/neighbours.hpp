@@ -30,36 +30,51 @@ inline OfScan of_scan(const NearestK<F> &nearest, const Beam *beams, int i_lane,
 }
 
 /// How the n chosen neighbours of one kind fade: their weights, and the distances at which fading
-/// starts and ends.
-struct Fading {
-    F *weight;
+/// starts and ends. D is F, or Dual<F> for gradients.
+template <class D> struct Fading {
+    D *weight;
     uint32_t n;
-    F from_m, end_m;
+    D from_m, end_m;
+    D *pool_m; ///< Dual<F>: distances of all neighbours that were found. F: not used.
 };
 
-inline float distance_m(const NearestK<F> &nearest, uint32_t rank, int i_lane)
+inline F distance_m(const NearestK<F> &nearest, const Fading<F> &, uint32_t rank)
+{
+    return lane::sqrt(nearest.best[rank].d2);
+}
+
+inline float distance_m(const NearestK<F> &nearest, const Fading<F> &, uint32_t rank, int i_lane)
 {
     return lane::sqrt(lane::get(nearest.best[rank].d2, i_lane));
 }
 
+/// Move the distance of a neighbour to the rank that the neighbour moves to.
+inline void move_distance(const Fading<F> &, uint32_t, uint32_t, int) {}
+
+/// There is no neighbour at this rank.
+inline void clear_distance(const Fading<F> &, uint32_t, int) {}
+
 /// Fade the last point of a scan that the cap allows. Fading starts at the distance of the scan's
 /// point before it, or at 0 if there is none. Fading ends at end_m: the distance of the first point
 /// of the scan that was left out, or of the last point of the pool.
-inline void fade_last_of_scan(const NearestK<F> &nearest, const Fading &fading, int i_lane,
-                              const OfScan &of, float end_m)
+template <class D, class End>
+inline void fade_last_of_scan(const NearestK<F> &nearest, const Fading<D> &fading, int i_lane,
+                              const OfScan &of, const End &end_m)
 {
-    const float from_m = of.n > 1 ? distance_m(nearest, of.before, i_lane) : 0.0f;
-    const float weight = fading_weight(distance_m(nearest, of.last, i_lane), from_m, end_m);
+    const End from_m =
+        of.n > 1 ? distance_m(nearest, fading, of.before, i_lane) : lane::splat<End>(0.0f);
+    const End weight = fading_weight(distance_m(nearest, fading, of.last, i_lane), from_m, end_m);
     lane::set(fading.weight[of.last], i_lane,
               lane::min(weight, lane::get(fading.weight[of.last], i_lane)));
 }
 
 /// cap_scans() of one lane.
-inline void cap_scans_of(const gpom_map &map, NearestK<F> &nearest, Fading &fading, int i_lane)
+template <class D>
+inline void cap_scans_of(const gpom_map &map, NearestK<F> &nearest, Fading<D> &fading, int i_lane)
 {
     const gpom_params_t &params = map.config.params;
     const bool fades = params.n_fading > 0;
-    const float pool_end_m = lane::get(fading.end_m, i_lane);
+    const auto pool_end_m = lane::get(fading.end_m, i_lane);
     uint32_t n_chosen = 0;
     for (uint32_t j = 0; j < nearest.k && (fades || n_chosen < fading.n); ++j) {
         const int32_t slot = lane::get(nearest.best[j].slot, i_lane);
@@ -71,14 +86,17 @@ inline void cap_scans_of(const gpom_map &map, NearestK<F> &nearest, Fading &fadi
         const float d2 = lane::get(nearest.best[j].d2, i_lane);
         if (same.n == params.scan_points_max) {
             if (fades) {
-                fade_last_of_scan(nearest, fading, i_lane, same, lane::sqrt(d2));
+                fade_last_of_scan(nearest, fading, i_lane, same,
+                                  distance_m(nearest, fading, j, i_lane));
             }
         } else if (n_chosen == fading.n) {
-            lane::set(fading.end_m, i_lane,
-                      lane::min(lane::sqrt(d2), lane::get(fading.end_m, i_lane)));
+            lane::set(
+                fading.end_m, i_lane,
+                lane::min(distance_m(nearest, fading, j, i_lane), lane::get(fading.end_m, i_lane)));
         } else {
             lane::set(nearest.best[n_chosen].slot, i_lane, slot);
             lane::set(nearest.best[n_chosen].d2, i_lane, d2);
+            move_distance(fading, j, n_chosen, i_lane);
             if (fades && same.n + 1 == params.scan_points_max) {
                 fade_last_of_scan(nearest, fading, i_lane, {same.n + 1, n_chosen, same.last},
                                   pool_end_m);
@@ -89,6 +107,7 @@ inline void cap_scans_of(const gpom_map &map, NearestK<F> &nearest, Fading &fadi
     for (uint32_t j = n_chosen; j < fading.n; ++j) {
         lane::set(nearest.best[j].slot, i_lane, int32_t{-1});
         lane::set(nearest.best[j].d2, i_lane, kNoDistance2);
+        clear_distance(fading, j, i_lane);
     }
 }
 
@@ -96,7 +115,8 @@ inline void cap_scans_of(const gpom_map &map, NearestK<F> &nearest, Fading &fadi
 /// points become the first n entries. If there are fewer than n, the slot of the other entries is
 /// -1. Beams of one scan share its errors and its view, so that many of them must not count as
 /// independent observations.
-inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, Fading &fading)
+template <class D>
+inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, Fading<D> &fading)
 {
     for (int i = 0; i < kLanes; ++i) {
         cap_scans_of(map, nearest, fading, i);
@@ -104,15 +124,19 @@ inline void cap_scans(const gpom_map &map, NearestK<F> &nearest, Fading &fading)
 }
 
 /// Choose n neighbours of one kind from the neighbours that were found, and compute their weights.
-inline void choose(const gpom_map &map, NearestK<F> &nearest, F *weight, uint32_t n)
+template <class D>
+inline void choose(const gpom_map &map, NearestK<F> &nearest, D *weight, uint32_t n, D *pool_m)
 {
     const gpom_params_t &params = map.config.params;
     const uint32_t n_whole = n - params.n_fading;
     for (uint32_t j = 0; j < n; ++j) {
-        weight[j] = lane::splat<F>(1.0f);
+        weight[j] = lane::splat<D>(1.0f);
     }
-    Fading fading = {weight, n, lane::sqrt(nearest.best[n_whole - 1].d2),
-                     lane::sqrt(nearest.worst())};
+    Fading<D> fading = {weight, n, lane::splat<D>(0.0f), lane::splat<D>(0.0f), pool_m};
+    if (params.n_fading > 0) {
+        fading.from_m = distance_m(nearest, fading, n_whole - 1);
+        fading.end_m = distance_m(nearest, fading, nearest.k - 1);
+    }
     if (params.scan_points_max > 0) {
         cap_scans(map, nearest, fading);
     }
@@ -120,7 +144,7 @@ inline void choose(const gpom_map &map, NearestK<F> &nearest, F *weight, uint32_
         return;
     }
     for (uint32_t j = params.scan_points_max > 0 ? 0 : n_whole; j < n; ++j) {
-        const F d_m = lane::sqrt(nearest.best[j].d2);
+        const D d_m = distance_m(nearest, fading, j);
         weight[j] = weight[j] * fading_weight(d_m, fading.from_m, fading.end_m);
     }
 }
@@ -131,6 +155,27 @@ struct Gathered {
     Offset<F> point;
     F dir_x, dir_y, noise;
 };
+
+/// The segment of one neighbour of each lane, lane by lane. In a lane without a neighbour it is the
+/// query's place. `noise` becomes its noise variance, or kAbsentNoise.
+template <class Part>
+SegmentLanes<F> collect_segments(const gpom_map &map, const Offset<F> &at, const Part &part,
+                                 I slots, F &noise)
+{
+    SegmentLanes<F> segments = {};
+    noise = lane::splat<F>(kAbsentNoise);
+    for (int i = 0; i < kLanes; ++i) {
+        const int32_t slot = lane::get(slots, i);
+        Segment segment = {lane::get(at.x_m, i), lane::get(at.y_m, i), 0.0f, 0.0f, 0.0f};
+        if (slot >= 0) {
+            const Beam &beam = map.index.beams[slot];
+            segment = part(beam);
+            lane::set(noise, i, noise_of(map, beam, part));
+        }
+        set_segment(segments, i, segment);
+    }
+    return segments;
+}
 
 /// Gather neighbours that several lanes share. Each different beam is computed once for all lanes;
 /// the lanes that chose the beam take the result. n_beams becomes the number of different beams.
@@ -161,18 +206,8 @@ Gathered gather_shared(const gpom_map &map, const Offset<F> &at, const Part &par
 template <class Part>
 Gathered gather_each(const gpom_map &map, const Offset<F> &at, const Part &part, I slots)
 {
-    SegmentLanes<F> own = {};
-    F noise = lane::splat<F>(kAbsentNoise);
-    for (int i = 0; i < kLanes; ++i) {
-        const int32_t slot = lane::get(slots, i);
-        Segment segment = {lane::get(at.x_m, i), lane::get(at.y_m, i), 0.0f, 0.0f, 0.0f};
-        if (slot >= 0) {
-            const Beam &beam = map.index.beams[slot];
-            segment = part(beam);
-            lane::set(noise, i, noise_of(map, beam, part));
-        }
-        set_segment(own, i, segment);
-    }
+    F noise;
+    const SegmentLanes<F> own = collect_segments(map, at, part, slots, noise);
     return {to_segment(at, own), own.dir_x, own.dir_y, noise};
 }
 
@@ -186,7 +221,7 @@ struct GatherTo {
 
 /// Sums over the beams of the chosen hits: of facing() and of the directions, each times the weight
 /// of the hit, and of the weights.
-struct BeamSums {
+template <class F> struct BeamSums {
     F facing, dir_x, dir_y, weight;
 };
 
@@ -194,8 +229,8 @@ struct BeamSums {
 /// with their noise. A neighbour that was not found becomes an absent point. Returns the sums over
 /// the beams; if the parameters `vote` and `line` are 0, the sums are 0.
 template <class Part>
-BeamSums gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest, const Part &part,
-                const GatherTo &to)
+BeamSums<F> gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest,
+                   const Part &part, const GatherTo &to)
 {
     const gpom_params_t &params = map.config.params;
     const Offset<F> at = work.packet->at;
@@ -203,7 +238,7 @@ BeamSums gather(const gpom_map &map, Workspace &work, const NearestK<F> &nearest
     const F zero = lane::splat<F>(0.0f);
     const float softness_m2 = params.n_fading > 0 ? kFacingSoftness_m2 : 0.0f;
     const bool has_sums = params.vote != 0.0f || params.line != 0.0f;
-    BeamSums sums = {zero, zero, zero, zero};
+    BeamSums<F> sums = {zero, zero, zero, zero};
     uint32_t n_beams = 0; // different beams at the rank before this one
     for (size_t j = to.first; j < to.first + to.n; ++j) {
         const I slots = nearest.best[j - to.first].slot;
@@ -250,17 +285,18 @@ inline bool has_ties(const NearestK<F> &nearest, size_t n)
 }
 
 /// The offset that is added to alpha mu in eq. 7: beta and the terms of context.hpp (params.h).
-inline F context_offset(const gpom_params_t &params, const Workspace &work, const BeamSums &sums,
-                        const HitAxis<F> &axis)
+template <class F>
+inline F context_offset(const gpom_params_t &params, const Neighbourhood<F> &points,
+                        const BeamSums<F> &sums, const HitAxis<F> &axis)
 {
     F offset = lane::splat<F>(params.beta);
     if (has_log_terms(params)) {
-        offset = offset + log_terms(params, work.points);
+        offset = offset + log_terms(params, points);
     }
     if (params.vote != 0.0f || params.line != 0.0f) {
         const F n = lane::max(sums.weight, lane::splat<F>(1.0f));
         const F mean = sums.facing / n;
-        const F near = nearness(work.points);
+        const F near = nearness(points);
         offset = offset + params.vote * mean * near;
         if (params.line != 0.0f) {
             offset = offset +
@@ -348,21 +384,11 @@ inline bool search_both(const gpom_map &map, Workspace &work)
     return is_whole;
 }
 
-/// Find, choose and prepare the neighbourhoods of a packet. Returns context_offset().
-inline F find_neighbours(const gpom_map &map, Workspace &work)
+/// Merge equal points of a kind, then shrink all points along the hits' main axis.
+template <class F>
+inline void merge_and_shrink(const gpom_params_t &params, const Workspace &work,
+                             const Neighbourhood<F> &p, const HitAxis<F> &axis)
 {
-    const gpom_params_t &params = map.config.params;
-    work.is_cut = !search_both(map, work);
-    const Neighbourhood<F> &p = work.points;
-    choose(map, work.hits, p.weight, params.n_hits);
-    choose(map, work.free, p.weight + p.n_hits, params.n_free);
-    const BeamSums sums = gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits});
-    gather(map, work, work.free, map.index.free_part, {p.n_hits, p.n_free});
-    HitAxis<F> axis = {};
-    if (params.anisotropy > 0.0f || params.line != 0.0f) {
-        axis = axis_of_hits(p);
-    }
-    const F offset = context_offset(params, work, sums, axis);
     // Equal points are merged before points are shrunk. Shrinking can make points equal in a lane
     // without ties. They would then be merged only if another lane of the packet had ties, so that
     // an answer would depend on the other queries of the packet.
@@ -375,6 +401,24 @@ inline F find_neighbours(const gpom_map &map, Workspace &work)
     if (params.anisotropy > 0.0f) {
         shrink_along_hits(p, axis, params.anisotropy);
     }
+}
+
+/// Choose and prepare the neighbourhoods of a packet, from what search_both() found. Returns
+/// context_offset().
+inline F prepare_neighbours(const gpom_map &map, Workspace &work)
+{
+    const gpom_params_t &params = map.config.params;
+    const Neighbourhood<F> &p = work.points;
+    choose<F>(map, work.hits, p.weight, params.n_hits, nullptr);
+    choose<F>(map, work.free, p.weight + p.n_hits, params.n_free, nullptr);
+    const BeamSums<F> sums = gather(map, work, work.hits, map.index.hit_part, {0, p.n_hits});
+    gather(map, work, work.free, map.index.free_part, {p.n_hits, p.n_free});
+    HitAxis<F> axis = {};
+    if (params.anisotropy > 0.0f || params.line != 0.0f) {
+        axis = axis_of_hits(p);
+    }
+    const F offset = context_offset(params, p, sums, axis);
+    merge_and_shrink(params, work, p, axis);
     return offset;
 }
 

@@ -2,6 +2,7 @@
 
 #include "src/map/map.hpp"
 #include "src/query/hot_path.hpp"
+#include "src/query/status.hpp"
 
 #include <float.h>
 
@@ -43,17 +44,6 @@ gpom_status_t check_scratch(const gpom_map &map, const gpom_scratch_t &scratch)
 
 namespace
 {
-
-gpom_status_t status_of(unsigned flags)
-{
-    if ((flags & GPOM_ANSWER_PIVOT) != 0) {
-        return GPOM_ERR_PIVOT;
-    }
-    if ((flags & GPOM_ANSWER_OUT_OF_REACH) != 0) {
-        return GPOM_ERR_REACH;
-    }
-    return (flags & GPOM_ANSWER_CUT) != 0 ? GPOM_ERR_CUT : GPOM_OK;
-}
 
 bool is_raster(const gpom_raster_t &raster)
 {

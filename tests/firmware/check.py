@@ -123,6 +123,11 @@ def costs_of(counted):
     for each in "8+8", "16+16", "plain 8+8", "plain 16+16":
         (n, units), = intervals[f"query_{each.replace(' ', '_')}"]
         costs[f"query {each}"] = n / units
+    for each in "8+8", "plain 8+8":
+        (n, units), = intervals[f"gradient_{each.replace(' ', '_')}"]
+        costs[f"gradient {each}"] = n / units
+        (n, _), = intervals[f"fan_{each.replace(' ', '_')}"]
+        costs[f"fan of 36 rays {each}"] = n
     return costs
 
 

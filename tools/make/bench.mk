@@ -50,10 +50,17 @@ bench-distances: ## Distances against dynamicEDT3D: time to keep them up, and th
 bench-instructions: count-queries ## Instructions per query, scalar, by callgrind
 	$(Q)python3 tests/instructions.py --json build/bench/instructions.json
 
+bench-rays: $(BUILD)/rays ## Rays against brute force and held-out scans, cost of gradients
+	$(Q)$(BUILD)/rays tools/params/street.toml street 10000
+	$(Q)$(BUILD)/rays tools/params/street_plain.toml street 10000
+	$(Q)if [ -f $(DATA)/intel.log.gz ]; then \
+	    $(BUILD)/rays tools/params/indoor.toml $(DATA)/intel.log.gz 10000 live; \
+	else echo "bench-rays: no $(DATA)/intel.log.gz: left out"; fi
+
 bench-visits: count-visits ## Boxes and items that searches of dense maps visit
 	$(Q)python3 tests/visits.py --json build/bench/visits.json
 
-.PHONY: bench bench-record bench-insert bench-distances bench-instructions bench-visits
+.PHONY: bench bench-record bench-insert bench-distances bench-instructions bench-visits bench-rays
 .PHONY: count-queries count-visits
 
 count-queries: build/setup/firmware
@@ -81,7 +88,9 @@ $(BUILD)/bench-distances: $(BUILD)/obj/bench/distances.o $(BENCH_LIB) $(BUILD)/l
 	$(call link,$(CXX) $(HOST_FLAGS),-ldynamicedt3d -lz -lbz2 $(CORE_LIBS))
 $(BUILD)/distance-error: $(BUILD)/obj/bench/distance_error.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),-ldynamicedt3d -loctomap -loctomath -lz -lbz2 $(CORE_LIBS))
-$(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o $(BENCH_LIB) $(BUILD)/libgpom.a
+$(BUILD)/rays: $(BUILD)/obj/bench/rays.o
+$(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o
+$(BUILD)/rays $(BUILD)/count-queries: $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))
 $(BUILD)/count-visits: $(BUILD)/obj/bench/count_visits.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))

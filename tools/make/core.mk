@@ -8,8 +8,8 @@ CORE_LIBS := $(if $(filter 1,$(SPARSE)),-lldl -lamd) -lm
 ISA_avx2   := -Dgpom=gpom_avx2 -UGPOM_LANES -DGPOM_LANES=8 -UGPOM_FMA -DGPOM_FMA=1 -mavx2 -mfma
 ISA_avx512 := -Dgpom=gpom_avx512 -UGPOM_LANES -DGPOM_LANES=16 -UGPOM_FMA -DGPOM_FMA=1 \
               -mavx512f -mavx512vl -mavx512bw -mavx512dq
-ISA_OBJ    := $(if $(filter auto,$(LANES)),$(BUILD)/obj/src/query/answer_avx2.o \
-              $(BUILD)/obj/src/query/answer_avx512.o)
+ISA_OBJ    := $(if $(filter auto,$(LANES)),$(foreach isa,avx2 avx512,\
+              $(BUILD)/obj/src/query/answer_$(isa).o $(BUILD)/obj/src/query/gradient_$(isa).o))
 
 lib: $(BUILD)/libgpom.a $(if $(filter 1,$(SHARED)),$(BUILD)/libgpom.so) ## Build the library
 
@@ -25,7 +25,11 @@ $(SMALL:%=$(BUILD)/obj/src/%.o): SIZE := -Os
 $(CORE_OBJ) $(ISA_OBJ): $(BUILD)/flags | $(COMPILER)
 $(CORE_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS) $(SIZE))
-$(ISA_OBJ): $(BUILD)/obj/src/query/answer_%.o: src/query/answer.cpp
+$(filter %/answer_avx2.o %/answer_avx512.o,$(ISA_OBJ)): \
+    $(BUILD)/obj/src/query/answer_%.o: src/query/answer.cpp
+	$(call compile,$(CXX) $(CORE_FLAGS) $(ISA_$*))
+$(filter %/gradient_avx2.o %/gradient_avx512.o,$(ISA_OBJ)): \
+    $(BUILD)/obj/src/query/gradient_%.o: src/query/gradient.cpp
 	$(call compile,$(CXX) $(CORE_FLAGS) $(ISA_$*))
 
 $(BUILD)/libgpom.a: $(CORE_OBJ) $(ISA_OBJ)

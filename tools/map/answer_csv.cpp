@@ -16,6 +16,18 @@ template <typename Number> void append_field(std::string &text, Number value)
     text += ',';
 }
 
+/// The fields of an answer, without an end of the line.
+void append_answer(std::string &text, const gpom_point_t &point, const gpom_answer_t &answer)
+{
+    for (const double coordinate_m : {point.x_m, point.y_m}) {
+        append_field(text, coordinate_m);
+    }
+    for (const float value : {answer.mean, answer.variance, answer.probability}) {
+        append_field(text, value);
+    }
+    text += kClassNames[answer.cls];
+}
+
 } // namespace
 
 std::vector<gpom_point_t> read_points(const std::string &path)
@@ -61,13 +73,25 @@ std::string answers_csv(const std::vector<gpom_point_t> &points,
 {
     std::string text = "x,y,mean,variance,probability,class\n";
     for (std::size_t i = 0; i < points.size(); ++i) {
-        for (const double coordinate_m : {points[i].x_m, points[i].y_m}) {
-            append_field(text, coordinate_m);
+        append_answer(text, points[i], answers[i]);
+        text += '\n';
+    }
+    return text;
+}
+
+std::string gradients_csv(const std::vector<gpom_point_t> &points,
+                          const std::vector<gpom_gradient_t> &gradients)
+{
+    std::string text = "x,y,mean,variance,probability,class,mean_x,mean_y,variance_x,variance_y,"
+                       "probability_x,probability_y\n";
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const gpom_gradient_t &g = gradients[i];
+        append_answer(text, points[i], g.answer);
+        for (const float slope :
+             {g.mean_x, g.mean_y, g.variance_x, g.variance_y, g.probability_x, g.probability_y}) {
+            text += ',';
+            append_number(text, slope);
         }
-        for (const float value : {answers[i].mean, answers[i].variance, answers[i].probability}) {
-            append_field(text, value);
-        }
-        text += kClassNames[answers[i].cls];
         text += '\n';
     }
     return text;

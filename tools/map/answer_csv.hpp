@@ -2,7 +2,7 @@
 #ifndef GPOM_TOOLS_MAP_ANSWER_CSV_HPP
 #define GPOM_TOOLS_MAP_ANSWER_CSV_HPP
 
-#include "gpom/query.h"
+#include "gpom/gradient.h"
 
 #include <string>
 #include <vector>
@@ -24,6 +24,11 @@ std::vector<gpom_point_t> cell_centres(const gpom_raster_t &raster);
 /// or occupied. Numbers read back to the same bits.
 std::string answers_csv(const std::vector<gpom_point_t> &points,
                         const std::vector<gpom_answer_t> &answers);
+
+/// The same, and mean_x,mean_y,variance_x,variance_y,probability_x,probability_y [1/m] behind the
+/// class.
+std::string gradients_csv(const std::vector<gpom_point_t> &points,
+                          const std::vector<gpom_gradient_t> &gradients);
 
 /// Kept beams, one a line. The first line names the fields of gpom_beam_t. Numbers read back to the
 /// same bits.

@@ -127,6 +127,16 @@ std::vector<gpom_answer_t> HostMap::query(const gpom_raster_t &raster) const
     return answers;
 }
 
+std::vector<gpom_gradient_t> HostMap::gradients(const std::vector<gpom_point_t> &points) const
+{
+    std::vector<gpom_gradient_t> gradients(points.size());
+    std::vector<std::uint8_t> memory(gpom_gradient_bytes(map_));
+    const gpom_scratch_t scratch = {memory.data(), memory.size()};
+    require_answers(
+        gpom_query_gradients(map_, points.data(), points.size(), gradients.data(), &scratch));
+    return gradients;
+}
+
 std::vector<double> HostMap::probabilities(const std::vector<gpom_point_t> &points) const
 {
     std::vector<double> probabilities;

@@ -64,6 +64,8 @@ public:
     /// throws.
     std::vector<gpom_answer_t> query(const std::vector<gpom_point_t> &points) const;
     std::vector<gpom_answer_t> query(const gpom_raster_t &raster) const;
+    /// query() with derivatives.
+    std::vector<gpom_gradient_t> gradients(const std::vector<gpom_point_t> &points) const;
     /// Only the probabilities of query().
     std::vector<double> probabilities(const std::vector<gpom_point_t> &points) const;
     /// Answer a path. Its flags report bad matrices and cut searches.
