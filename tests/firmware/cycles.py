@@ -62,7 +62,7 @@ class Instruction:
 
 
 def cycles_of_run(run):
-    """Cycles of a run of instructions without a branch inside, if it follows itself as in a loop."""
+    """Cycles of a run of instructions without a branch inside, if it follows itself in a loop."""
     ready = {}
     cycle, long_until = 0, 0
     ends = []
