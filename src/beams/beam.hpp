@@ -3,7 +3,7 @@
 /// segment.
 #pragma once
 
-#include "src/lane/lane.hpp"
+#include "src/lane/four.hpp"
 
 #include <stdint.h>
 
@@ -102,8 +102,10 @@ struct HitPart {
 
     Segment operator()(const Beam &beam) const
     {
-        return {beam.x_m + beam.range_m * beam.dir_x, beam.y_m + beam.range_m * beam.dir_y,
-                beam.dir_x, beam.dir_y, depth_m};
+        float ray[4]; // start and direction
+        lane::load_four<5>(&beam.x_m, ray);
+        return {ray[0] + beam.range_m * ray[2], ray[1] + beam.range_m * ray[3], ray[2], ray[3],
+                depth_m};
     }
 
     static bool is_in(const Beam &beam) { return has_hit(beam); }
@@ -118,7 +120,9 @@ struct FreePart {
     Segment operator()(const Beam &beam) const
     {
         const float gap = beam.returned != 0 ? gap_m : 0.0f;
-        return {beam.x_m, beam.y_m, beam.dir_x, beam.dir_y, beam.range_m - gap};
+        float ray[4];
+        lane::load_four<5>(&beam.x_m, ray);
+        return {ray[0], ray[1], ray[2], ray[3], beam.range_m - gap};
     }
 
     static bool is_in(const Beam &beam) { return beam.has_free != 0; }

@@ -12,7 +12,7 @@
 #pragma once
 
 #include "src/beams/beam.hpp"
-#include "src/lane/lane.hpp"
+#include "src/lane/four.hpp"
 #include "src/lane/select.hpp"
 
 #include <float.h>
@@ -37,6 +37,14 @@ constexpr float kBoxSlack = 1e-6f;
 struct Box {
     float x_min_m, y_min_m, x_max_m, y_max_m;
 };
+
+/// A box in registers (lane::load_four()).
+template <int block> inline Box load_box(const Box &from)
+{
+    float corners[4];
+    lane::load_four<block>(&from.x_min_m, corners);
+    return {corners[0], corners[1], corners[2], corners[3]};
+}
 
 /// A box around nothing.
 inline Box empty_box() { return {FLT_MAX, FLT_MAX, -FLT_MAX, -FLT_MAX}; }

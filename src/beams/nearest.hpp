@@ -26,6 +26,15 @@ template <class F> struct Offset {
     F distance2() const { return lane::fma(x_m, x_m, F(y_m * y_m)); }
 };
 
+/// A squared distance as an integer. Distances are not negative, so that the order of the integers
+/// is that of the distances, and a comparison takes one instruction less. A NaN is the greatest.
+inline uint32_t order_of(float d2_m2)
+{
+    uint32_t bits;
+    memcpy(&bits, &d2_m2, sizeof bits);
+    return bits;
+}
+
 /// The item that each lane found at one rank.
 template <class F> struct Found {
     using Ints = lane::IntOf<F>;
@@ -36,11 +45,7 @@ template <class F> struct Found {
     /// True in lanes where this item ranks before the other.
     auto operator<(const Found &other) const
     {
-        if constexpr (lane::width<F> == 1) {
-            return d2 < other.d2 || (d2 == other.d2 && id < other.id);
-        } else {
-            return (d2 < other.d2) | ((d2 == other.d2) & (id < other.id));
-        }
+        return (d2 < other.d2) | ((d2 == other.d2) & (id < other.id));
     }
 };
 
@@ -69,29 +74,45 @@ template <class F> struct NearestK {
     void clear(F d2_max)
     {
         n = 0;
+        Found<F> empty = nothing_found<F>();
+        empty.d2 = d2_max;
         for (uint32_t j = 0; j < k; ++j) {
-            best[j] = nothing_found<F>();
-            best[j].d2 = d2_max;
+            best[j] = empty;
         }
     }
 
     /// Insert an item at its rank. Items behind it move on by one rank; the last one is lost.
     void offer(const Found<F> &item)
     {
-        Found<F> *place = best + (n < k ? n++ : k - 1);
         if constexpr (lane::width<F> == 1) {
-            if (!(item < *place)) {
-                return;
-            }
-            for (; place != best && item < place[-1]; --place) {
-                place[0] = place[-1];
-            }
-            *place = item;
-        } else if (has_equal(item.d2, place)) {
-            insert_by_id(item, place);
+            offer_one(item.d2, item.id, item.slot);
         } else {
-            insert(item, place);
+            Found<F> *const place = best + (n < k ? n++ : k - 1);
+            if (has_equal(item.d2, place)) {
+                insert_by_id(item, place);
+            } else {
+                insert(item, place);
+            }
         }
+    }
+
+    /// offer() for one lane. Not inlined: a search would have to save registers around it.
+    [[gnu::noinline]] void offer_one(float d2, int32_t id, int32_t slot)
+    {
+        const uint32_t order = order_of(d2);
+        const auto is_before = [order, id](const Found<F> &other) {
+            const uint32_t other_order = order_of(other.d2);
+            return order < other_order || (order == other_order && id < other.id);
+        };
+        Found<F> *const first = best;
+        Found<F> *place = first + (n < k ? n++ : k - 1);
+        if (!is_before(*place)) {
+            return;
+        }
+        for (; place != first && is_before(place[-1]); --place) {
+            place[0] = place[-1];
+        }
+        *place = {d2, id, slot};
     }
 
     /// True if a lane has an item at the same distance among the ranks up to `last`.
@@ -199,8 +220,9 @@ template <class F> inline F distance2(const Offset<F> &at, const HitPart &part, 
     return Offset<F>{hit.x_m - at.x_m, hit.y_m - at.y_m}.distance2();
 }
 
-/// Squared distances from the queries to a box.
-template <class F> inline F box_distance2(const Box &box, F x_m, F y_m)
+/// Squared distances from the queries to a box. Always inlined early, as priority() is: otherwise
+/// GCC keeps copies of boxes in memory (search_tree_of_one()).
+template <class F> [[gnu::always_inline]] inline F box_distance2(const Box &box, F x_m, F y_m)
 {
     const F near_x = lane::clamp(x_m, lane::splat<F>(box.x_min_m), lane::splat<F>(box.x_max_m));
     const F near_y = lane::clamp(y_m, lane::splat<F>(box.y_min_m), lane::splat<F>(box.y_max_m));
@@ -262,12 +284,12 @@ inline void offer_beam(NearestK<F> &nearest, const Offset<F> &at, const Part &pa
 /// The order in which boxes are searched for one query: the smaller number comes first. For hits
 /// the number is the squared distance of the box. Boxes of free segments often overlap and contain
 /// the query, so that their number is 4 times the squared distance of the box's centre.
-inline float priority(const HitPart &, const Box &box, const Point &at)
+[[gnu::always_inline]] inline float priority(const HitPart &, const Box &box, const Point &at)
 {
     return box_distance2(box, at.x_m, at.y_m);
 }
 
-inline float priority(const FreePart &, const Box &box, const Point &at)
+[[gnu::always_inline]] inline float priority(const FreePart &, const Box &box, const Point &at)
 {
     const float twice_x = (box.x_min_m + box.x_max_m) - 2.0f * at.x_m;
     const float twice_y = (box.y_min_m + box.y_max_m) - 2.0f * at.y_m;
@@ -300,14 +322,23 @@ inline void offer_leaf(NearestK<F> &nearest, const Offset<F> &at, const Part &pa
                        const KdTree &tree, const Subtree &leaf)
 {
     const Stretch slots = slots_of(tree, leaf);
-    const auto listed = [&](uint32_t i) {
-        return Listed{tree.beams, tree.slots[slots.first + i], {0, tree.id_end}};
-    };
     if constexpr (lane::width<F> == 1) {
-        for (uint32_t i = 0; i < slots.n; ++i) {
-            offer_beam(nearest, at, part, listed(i));
+        const F *const last = &nearest.best[nearest.k - 1].d2;
+        const Beam *const beams = tree.beams;
+        const uint32_t *const end = tree.slots + slots.first + slots.n;
+        F worst = *last;
+        for (const uint32_t *slot = end - slots.n; slot != end; ++slot) {
+            const Beam &beam = beams[*slot];
+            const F d2 = distance2(at, part, beam);
+            if (d2 <= worst && Part::is_seen(beam) && beam.id < tree.id_end) {
+                nearest.offer({d2, static_cast<int32_t>(beam.id), static_cast<int32_t>(*slot)});
+                worst = *last;
+            }
         }
     } else {
+        const auto listed = [&](uint32_t i) {
+            return Listed{tree.beams, tree.slots[slots.first + i], {0, tree.id_end}};
+        };
         F d2[kLeafSize]; // a tile of registers
         const F worst = nearest.worst();
         uint32_t wanted = 0;
@@ -337,6 +368,49 @@ inline Walks from_root(const KdTree &tree, Subtree *stack, uint32_t n_max = UINT
     return {stack, tree.n_items > 0 ? 1u : 0u, n_max};
 }
 
+/// search_tree() for one query: the same steps, with fewer copies of subtrees and boxes.
+template <class Part>
+bool search_tree_of_one(NearestK<float> &nearest, const Offset<float> at, const Part part,
+                        const KdTree tree, const Walks walks)
+{
+    const Point place = {at.x_m, at.y_m};
+    const float &worst = nearest.best[nearest.k - 1].d2;
+    Subtree *top = walks.stack + walks.depth;
+    for (uint32_t n_walks = walks.n_max; top != walks.stack; --n_walks) {
+        if (n_walks == 0) {
+            return false;
+        }
+        Subtree here = *--top;
+        const float reach2 = box_reach2(worst);
+        float d2 = box_distance2(load_box<4>(tree.boxes[here.node]), at.x_m, at.y_m);
+        while (d2 <= reach2) {
+            if (here.n_leaves <= 1) {
+                offer_leaf(nearest, at, part, tree, here);
+                break;
+            }
+            const uint32_t n_left = here.n_leaves / 2;
+            const Box left = load_box<4>(tree.boxes[here.node + 1]);
+            const Box right = load_box<5>(tree.boxes[here.node + 2 * n_left]);
+            const float left_d2 = box_distance2(left, at.x_m, at.y_m);
+            const float right_d2 = box_distance2(right, at.x_m, at.y_m);
+            if (priority(part, right, place) < priority(part, left, place)) {
+                if (left_d2 <= reach2) {
+                    *top++ = left_of(here);
+                }
+                here = right_of(here);
+                d2 = right_d2;
+            } else {
+                if (right_d2 <= reach2) {
+                    *top++ = right_of(here);
+                }
+                here = left_of(here);
+                d2 = left_d2;
+            }
+        }
+    }
+    return true;
+}
+
 /// Offer the beams of a tree. There is one search for all lanes. It takes the child with the
 /// smaller priority() for the first query of the packet first, and skips boxes that no lane needs.
 ///
@@ -352,6 +426,9 @@ template <class F, class Part>
 [[gnu::noinline]] bool search_tree(NearestK<F> &nearest, Offset<F> at, Part part, KdTree tree,
                                    Walks walks)
 {
+    if constexpr (lane::width<F> == 1) {
+        return search_tree_of_one(nearest, at, part, tree, walks);
+    }
     Subtree *const stack = walks.stack;
     uint32_t depth = walks.depth;
     while (depth > 0) {

@@ -7,7 +7,7 @@
 /// for four products.
 #pragma once
 
-#include "src/lane/lane.hpp"
+#include "src/lane/four.hpp"
 
 #include <float.h>
 #include <stddef.h>
@@ -39,13 +39,10 @@ template <class F> struct Tile {
 template <class F> inline Tile<F> load_tile(const F *panel)
 {
     Tile<F> tile;
-#pragma GCC unroll 4
-    for (size_t c = 0; c < kTile; ++c) {
-#pragma GCC unroll 4
-        for (size_t r = 0; r < kTile; ++r) {
-            tile.at[c][r] = panel[kTile * c + r];
-        }
-    }
+    lane::load_four<0>(panel, tile.at[0]);
+    lane::load_four<1>(panel + kTile, tile.at[1]);
+    lane::load_four<2>(panel + 2 * kTile, tile.at[2]);
+    lane::load_four<3>(panel + 3 * kTile, tile.at[3]);
     return tile;
 }
 
@@ -54,11 +51,15 @@ template <size_t first, size_t end, class F>
 inline void subtract_from_columns(Tile<F> &tile, const F *a, const F *b, size_t n)
 {
     for (size_t p = 0; p < n; ++p, a += kTile, b += kTile) {
+        F a_p[kTile];
+        lane::load_four<4>(a, a_p);
+        F b_p[kTile];
+        lane::load_four<5>(b, b_p);
 #pragma GCC unroll 4
         for (size_t c = first; c < end; ++c) {
 #pragma GCC unroll 4
             for (size_t r = 0; r < kTile; ++r) {
-                tile.at[c][r] = lane::minus_product(tile.at[c][r], a[r], b[c]);
+                tile.at[c][r] = lane::minus_product(tile.at[c][r], a_p[r], b_p[c]);
             }
         }
     }
@@ -81,11 +82,13 @@ template <class F> inline void subtract_products(Tile<F> &tile, const F *a, cons
 template <class F> inline void subtract_squares(Tile<F> &tile, const F *a, size_t n)
 {
     for (size_t p = 0; p < n; ++p, a += kTile) {
+        F a_p[kTile];
+        lane::load_four<4>(a, a_p);
 #pragma GCC unroll 4
         for (size_t c = 0; c < kTile; ++c) {
 #pragma GCC unroll 4
             for (size_t r = c; r < kTile; ++r) {
-                tile.at[c][r] = lane::minus_product(tile.at[c][r], a[r], a[c]);
+                tile.at[c][r] = lane::minus_product(tile.at[c][r], a_p[r], a_p[c]);
             }
         }
     }
@@ -109,13 +112,10 @@ template <class F> inline void solve_tile(Tile<F> &tile, const F *diagonal, F *p
             tile.at[c][r] = tile.at[c][r] * diagonal[kTile * c + c];
         }
     }
-#pragma GCC unroll 4
-    for (size_t c = 0; c < kTile; ++c) {
-#pragma GCC unroll 4
-        for (size_t r = 0; r < kTile; ++r) {
-            panel[kTile * c + r] = tile.at[c][r];
-        }
-    }
+    lane::store_four<0>(tile.at[0], panel);
+    lane::store_four<1>(tile.at[1], panel + kTile);
+    lane::store_four<2>(tile.at[2], panel + 2 * kTile);
+    lane::store_four<3>(tile.at[3], panel + 3 * kTile);
 }
 
 /// Mark the lanes whose pivot is bad. Later results of a bad lane are not used. The division by the
@@ -180,10 +180,12 @@ template <class F> inline void forward_block(const Factor<F> &factor, size_t i, 
     F sum_u[kTile] = {u_i[0], u_i[1], u_i[2], u_i[3]};
     F sum_v[kTile] = {v_i[0], v_i[1], v_i[2], v_i[3]};
     for (size_t p = 0; p < kTile * i; ++p, a += kTile) {
+        F a_p[kTile];
+        lane::load_four<4>(a, a_p);
 #pragma GCC unroll 4
         for (size_t r = 0; r < kTile; ++r) {
-            sum_u[r] = lane::minus_product(sum_u[r], a[r], u[p]);
-            sum_v[r] = lane::minus_product(sum_v[r], a[r], v[p]);
+            sum_u[r] = lane::minus_product(sum_u[r], a_p[r], u[p]);
+            sum_v[r] = lane::minus_product(sum_v[r], a_p[r], v[p]);
         }
     }
 #pragma GCC unroll 4

@@ -64,7 +64,10 @@ inline Feature<F> feature(const KernelConstants constants, F x_m, F y_m)
 ///
 /// 1 - h . h' is computed without cancellation: with g = h / sqrt(2) and d = (1 - |h|^2) / 2, it is
 /// |g - g'|^2 + d + d'.
-template <gpom_kernel_t K, class F> inline F separation(const Feature<F> &p, const Feature<F> &q)
+///
+/// Always inlined early: otherwise GCC keeps copies of features in memory (nn_block.hpp).
+template <gpom_kernel_t K, class F>
+[[gnu::always_inline]] inline F separation(const Feature<F> &p, const Feature<F> &q)
 {
     const F da = p.a - q.a;
     const F db = p.b - q.b;

@@ -4,6 +4,7 @@
 
 #include "src/gp/chol.hpp"
 #include "src/gp/kernel.hpp"
+#include "src/gp/nn_block.hpp"
 
 namespace gpom
 {
@@ -64,16 +65,28 @@ template <class F> inline void pad(const Neighbourhood<F> &points)
     }
 }
 
+/// True if the covariances of a block row with the query are computed together with the block row.
+template <gpom_kernel_t K, class F>
+constexpr bool has_query_in_block_row = lane::width<F> == 1 && K == GPOM_KERNEL_NN;
+
 /// Block row i of (K + N) / sf2: the covariances of four points with each other and with all points
 /// before them.
 template <gpom_kernel_t K, class F>
-inline void covariance_block_row(const Feature<F> *features, const F *noise, F inv_sf2, size_t i,
-                                 F *panel)
+inline void covariance_block_row(const GpWork<F> &work, const Feature<F> &query, const F *noise,
+                                 F inv_sf2, size_t i)
 {
+    F *const panel = work.factor.l + panel_at(i);
+    if constexpr (has_query_in_block_row<K, F>) {
+        nn_block_row(work.features, query, i, work.v, panel);
+    }
     for (size_t r = 0; r < kTile; ++r) {
         const size_t n = kTile * i + r;
-        unit_covariances<K>(features[n], features, n, panel + r, kTile);
-        panel[kTile * n + r] = lane::fma(noise[n], inv_sf2, unit_variance<K>(features[n]));
+        F &own = panel[kTile * n + r];
+        if constexpr (!has_query_in_block_row<K, F>) {
+            unit_covariances<K>(work.features[n], work.features, n, panel + r, kTile);
+            own = unit_variance<K>(work.features[n]);
+        }
+        own = lane::fma(noise[n], inv_sf2, own);
     }
 }
 
@@ -99,12 +112,18 @@ inline Moments<F> predict(const KernelConstants constants, const Neighbourhood<F
     for (size_t j = 0; j < n; ++j) {
         work.features[j] =
             feature<K>(constants, F(points.x_m[j] + frame_x_m), F(points.y_m[j] + frame_y_m));
-        work.u[j] = lane::splat<F>(j < points.n_hits ? 1.0f : -1.0f);
     }
-    unit_covariances<K>(query, work.features, n, work.v, 1);
+    for (size_t j = 0; j < points.n_hits; ++j) {
+        work.u[j] = lane::splat<F>(1.0f);
+    }
+    for (size_t j = points.n_hits; j < n; ++j) {
+        work.u[j] = lane::splat<F>(-1.0f);
+    }
+    if constexpr (!has_query_in_block_row<K, F>) {
+        unit_covariances<K>(query, work.features, n, work.v, 1);
+    }
     for (size_t i = 0; i < points.n_tiles(); ++i) {
-        covariance_block_row<K>(work.features, points.noise, inv_sf2, i,
-                                work.factor.l + panel_at(i));
+        covariance_block_row<K>(work, query, points.noise, inv_sf2, i);
         factor_block_row(work.factor, i);
         forward_block(work.factor, i, work.u, work.v);
         for (size_t j = kTile * i; j < kTile * (i + 1); ++j) {

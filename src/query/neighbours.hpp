@@ -11,22 +11,38 @@ namespace gpom
 {
 
 /// The points of one scan among the points that one lane has chosen so far: how many there are, and
-/// the places of the last two.
+/// the ranks of the last two.
 struct OfScan {
     uint32_t n, last, before;
 };
 
-inline OfScan of_scan(const NearestK<F> &nearest, const Beam *beams, int i_lane, uint32_t n_chosen,
-                      uint16_t scan)
+/// What a chosen point keeps in place of its id, which is needed no more: the number of its scan
+/// (16 bits), and OfScan::before (9 bits) and OfScan::n (7 bits) of its scan, itself included.
+constexpr uint32_t kScanBits = 16;
+constexpr uint32_t kBeforeBits = 9;
+static_assert(GPOM_SPARSE_POINTS_MAX <= 1u << kBeforeBits, "ranks have to fit");
+static_assert(GPOM_POINTS_MAX < 1u << (32 - kScanBits - kBeforeBits), "counts have to fit");
+
+inline int32_t scan_mark(uint16_t scan, const OfScan &of)
 {
-    OfScan same = {0, 0, 0};
-    for (uint32_t j = 0; j < n_chosen; ++j) {
-        const int32_t slot = lane::get(nearest.best[j].slot, i_lane);
-        if (beams[slot].scan == scan) {
-            same = {same.n + 1, j, same.last};
+    const uint32_t counts = of.before | of.n << kBeforeBits;
+    return static_cast<int32_t>(scan | counts << kScanBits);
+}
+
+/// The points of a scan among the first n_chosen. Only the last one is looked for, because its mark
+/// holds how many there are.
+inline OfScan of_scan(const Found<F> *best, int i_lane, uint32_t n_chosen, uint16_t scan)
+{
+    for (const Found<F> *at = best + n_chosen; at != best;) {
+        --at;
+        const auto mark = static_cast<uint32_t>(lane::get(at->id, i_lane));
+        if (static_cast<uint16_t>(mark) == scan) {
+            const uint32_t counts = mark >> kScanBits;
+            return {counts >> kBeforeBits, static_cast<uint32_t>(at - best),
+                    counts & ((1u << kBeforeBits) - 1)};
         }
     }
-    return same;
+    return {0, 0, 0};
 }
 
 /// How the n chosen neighbours of one kind fade: their weights, and the distances at which fading
@@ -75,38 +91,50 @@ inline void cap_scans_of(const gpom_map &map, NearestK<F> &nearest, Fading<D> &f
     const gpom_params_t &params = map.config.params;
     const bool fades = params.n_fading > 0;
     const auto pool_end_m = lane::get(fading.end_m, i_lane);
+    const uint32_t n_max = params.scan_points_max;
+    const uint32_t n = fading.n;
+    Found<F> *const best = nearest.best;
+    const Found<F> *const end = best + nearest.k;
     uint32_t n_chosen = 0;
-    for (uint32_t j = 0; j < nearest.k && (fades || n_chosen < fading.n); ++j) {
-        const int32_t slot = lane::get(nearest.best[j].slot, i_lane);
+    for (const Found<F> *at = best; at != end; ++at) {
+        const int32_t slot = lane::get(at->slot, i_lane);
         if (slot < 0) {
             break;
         }
-        const OfScan same =
-            of_scan(nearest, map.index.beams, i_lane, n_chosen, map.index.beams[slot].scan);
-        const float d2 = lane::get(nearest.best[j].d2, i_lane);
-        if (same.n == params.scan_points_max) {
-            if (fades) {
+        const auto rank = static_cast<uint32_t>(at - best);
+        const uint16_t scan = map.index.beams[slot].scan;
+        const OfScan same = of_scan(best, i_lane, n_chosen, scan);
+        const float d2 = lane::get(at->d2, i_lane);
+        if (same.n >= n_max) {
+            if (fades && same.n == n_max) {
                 fade_last_of_scan(nearest, fading, i_lane, same,
-                                  distance_m(nearest, fading, j, i_lane));
+                                  distance_m(nearest, fading, rank, i_lane));
+                const OfScan and_one_left_out = {n_max + 1, same.last, same.before};
+                lane::set(best[same.last].id, i_lane, scan_mark(scan, and_one_left_out));
             }
-        } else if (n_chosen == fading.n) {
-            lane::set(
-                fading.end_m, i_lane,
-                lane::min(distance_m(nearest, fading, j, i_lane), lane::get(fading.end_m, i_lane)));
+        } else if (n_chosen == n) {
+            if (!fades) {
+                break;
+            }
+            lane::set(fading.end_m, i_lane,
+                      lane::min(distance_m(nearest, fading, rank, i_lane),
+                                lane::get(fading.end_m, i_lane)));
         } else {
-            lane::set(nearest.best[n_chosen].slot, i_lane, slot);
-            lane::set(nearest.best[n_chosen].d2, i_lane, d2);
-            move_distance(fading, j, n_chosen, i_lane);
-            if (fades && same.n + 1 == params.scan_points_max) {
-                fade_last_of_scan(nearest, fading, i_lane, {same.n + 1, n_chosen, same.last},
-                                  pool_end_m);
+            Found<F> &place = best[n_chosen];
+            const OfScan with = {same.n + 1, n_chosen, same.last};
+            lane::set(place.d2, i_lane, d2);
+            lane::set(place.id, i_lane, scan_mark(scan, with));
+            lane::set(place.slot, i_lane, slot);
+            move_distance(fading, rank, n_chosen, i_lane);
+            if (with.n == n_max && fades) {
+                fade_last_of_scan(nearest, fading, i_lane, with, pool_end_m);
             }
             ++n_chosen;
         }
     }
-    for (uint32_t j = n_chosen; j < fading.n; ++j) {
-        lane::set(nearest.best[j].slot, i_lane, int32_t{-1});
-        lane::set(nearest.best[j].d2, i_lane, kNoDistance2);
+    for (uint32_t j = n_chosen; j < n; ++j) {
+        lane::set(best[j].slot, i_lane, int32_t{-1});
+        lane::set(best[j].d2, i_lane, kNoDistance2);
         clear_distance(fading, j, i_lane);
     }
 }
@@ -137,6 +165,7 @@ inline void choose(const gpom_map &map, NearestK<F> &nearest, D *weight, uint32_
         fading.from_m = distance_m(nearest, fading, n_whole - 1);
         fading.end_m = distance_m(nearest, fading, nearest.k - 1);
     }
+    const F whole_d2 = nearest.best[n_whole - 1].d2; // up to here, a weight is 1
     if (params.scan_points_max > 0) {
         cap_scans(map, nearest, fading);
     }
@@ -144,8 +173,10 @@ inline void choose(const gpom_map &map, NearestK<F> &nearest, D *weight, uint32_
         return;
     }
     for (uint32_t j = params.scan_points_max > 0 ? 0 : n_whole; j < n; ++j) {
-        const D d_m = distance_m(nearest, fading, j);
-        weight[j] = weight[j] * fading_weight(d_m, fading.from_m, fading.end_m);
+        if (lane::any(nearest.best[j].d2 > whole_d2)) {
+            const D d_m = distance_m(nearest, fading, j);
+            weight[j] = weight[j] * fading_weight(d_m, fading.from_m, fading.end_m);
+        }
     }
 }
 

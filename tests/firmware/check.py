@@ -4,7 +4,7 @@
 usage: tests/firmware/check.py --list | --write-golden | NAME
 
 Exit code 0: holds (its figures are printed), 77: cannot be checked here, else it does not hold.
-The emulator has no timing: instruction counts are exact, cycles unknown.
+The emulator has no timing: instruction counts are exact, cycles are estimated (cycles.py).
 """
 import collections
 import glob
@@ -19,6 +19,7 @@ import tempfile
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path[:0] = [os.path.join(ROOT, "tools", "dev"), os.path.join(ROOT, "tests", "firmware")]
 import budget  # noqa: E402  (found only after the line above)
+import cycles  # noqa: E402
 import stack_report  # noqa: E402
 
 M7 = "build/arm-none-eabi-cortex-m7"
@@ -86,12 +87,12 @@ def check_unit_tests():
         print(f"{match[1]} test cases of tests/{folder} passed")
 
 
-def count_instructions():
-    """List of (name, instructions, units) of the counted intervals."""
+def count_instructions(profile=os.devnull):
+    """List of (name, instructions, units) of the counted intervals. profile: a file to write."""
     markers = symbol_addresses(f"{M7}/gpom_costs.elf")
     with tempfile.NamedTemporaryFile("r") as counts:
         plugin = (f"{PLUGIN},begin={markers['gpom_count_begin'] & ~1:x},"
-                  f"end={markers['gpom_count_end'] & ~1:x},out={counts.name}")
+                  f"end={markers['gpom_count_end'] & ~1:x},out={counts.name},profile={profile}")
         console = run_image(M7, "mps2-an500", "costs", ["-plugin", plugin])
         numbers = [int(line) for line in open(counts.name, encoding="ascii")]
     labels = re.findall(r"^count (\S+) (\d+)$", console, re.MULTILINE)
@@ -100,6 +101,17 @@ def count_instructions():
     if len(labels) != len(numbers):
         raise Failed(f"{len(labels)} lines 'count NAME N' for {len(numbers)} counted intervals")
     return [(name, number, int(units)) for (name, units), number in zip(labels, numbers)]
+
+
+def with_cycles():
+    """count_instructions(), and the same list with estimated cycles in place of instructions."""
+    with tempfile.NamedTemporaryFile("r") as profile:
+        counted = count_instructions(profile.name)
+        intervals = profile.read().split("\n\n")
+    code = cycles.disassembly(f"{M7}/gpom_costs.elf", "arm-none-eabi-objdump")
+    estimated = [(name, cycles.estimate(code, interval.splitlines()), units)
+                 for (name, _, units), interval in zip(counted, intervals)]
+    return counted, estimated
 
 
 def costs_of(counted):
@@ -140,14 +152,16 @@ def check_run_m4():
 
 
 def check_counts():
-    first, second = count_instructions(), count_instructions()
-    if first != second:
+    first, estimated = with_cycles()
+    if first != count_instructions():
         raise Failed("two runs differ")
     recorded = budget.limits("cortex-m7")
     late = []
+    n_cycles = costs_of(estimated)
     for name, n in costs_of(first).items():
         before = recorded[f"instructions {name}"]
-        print(f"{name}: {n:.0f} instructions, {100 * n / before - 100:+.1f} % of {before:.0f}")
+        print(f"{name}: {n:.0f} instructions, {100 * n / before - 100:+.1f} % of {before:.0f}; "
+              f"about {n_cycles[name]:.0f} cycles by the model of tests/firmware/cycles.py")
         if n > RISE_MAX * before:
             late.append(name)
     if late:

@@ -1,7 +1,7 @@
 // Covariance functions against their formulas in double.
 #include "tests/common/reference.hpp"
 
-#include "src/gp/kernel.hpp"
+#include "src/gp/nn_block.hpp"
 
 using namespace reference;
 
@@ -215,4 +215,44 @@ TEST_CASE("covariance_on_axis is k on the x axis")
                   covariance_of(p, {0.5, 0}, {x, 0}));
         }
     }
+}
+
+// Four points at a time, as a microcontroller computes them, eq. 4 holds for each pair of a block
+// row and the query, for acute and obtuse angles in one group of four.
+TEST_CASE("a block row of neural-network covariances equals eq. 4 in double")
+{
+    GPOM_TELL_SEED();
+    Random random(21);
+    constexpr std::size_t kTiles = 3;
+    constexpr std::size_t kPoints = kTiles * gpom::kTile;
+    std::size_t n_obtuse = 0;
+    for (int round = 0; round < 500; ++round) {
+        const gpom_params_t p = random_params(random, GPOM_KERNEL_NN);
+        const gpom::KernelConstants constants = gpom::kernel_constants(p);
+        Xy at[kPoints + 1]; // the query is the last
+        gpom::Feature<float> features[kPoints + 1];
+        for (std::size_t i = 0; i <= kPoints; ++i) {
+            at[i] = random_xy(random, 8.0);
+            features[i] = gpom::feature<GPOM_KERNEL_NN>(constants, static_cast<float>(at[i].x),
+                                                        static_cast<float>(at[i].y));
+        }
+        for (std::size_t i = 0; i < kTiles; ++i) {
+            float panel[gpom::kTile * kPoints];
+            float v[kPoints];
+            gpom::nn_block_row(features, features[kPoints], i, v, panel);
+            for (std::size_t r = 0; r < gpom::kTile; ++r) {
+                const std::size_t own = gpom::kTile * i + r;
+                for (std::size_t other = 0; other <= own; ++other) {
+                    const double k = kernel(p, at[own], at[other]);
+                    n_obtuse += k < 0.0 ? 1 : 0;
+                    const float got = p.sf2 * panel[gpom::kTile * other + r];
+                    CHECK(std::fabs(static_cast<double>(got) - k) <= tolerance(p, k));
+                }
+                const double k = kernel(p, at[own], at[kPoints]);
+                const float got = p.sf2 * v[own];
+                CHECK(std::fabs(static_cast<double>(got) - k) <= tolerance(p, k));
+            }
+        }
+    }
+    CHECK(n_obtuse > 100); // both ways were taken
 }

@@ -1,7 +1,7 @@
 // Lanes: each does what a plain float would, whatever stands beside it.
 #include "tests/common/reference.hpp"
 
-#include "src/lane/lane.hpp"
+#include "src/lane/four.hpp"
 
 namespace lane = gpom::lane;
 using namespace reference;
@@ -47,6 +47,36 @@ template <class Fn> void check_pairs(Fn f)
 template <class Fn> void check_pairs_of_numbers(Fn f)
 {
     check_pairs([f](auto a, auto b) { return f(a, lane::select(b == b, b, a)) + 0.0f; });
+}
+
+/// Move values 1 to 4 of six from one array to another; the first and last stay what they were.
+template <int block, int W> void check_four(std::size_t first)
+{
+    using F = Lanes<W>;
+    F from[6], to[6];
+    for (std::size_t i = 0; i < 6; ++i) {
+        from[i] = lane::splat<F>(kValues[(first + i) % kValues.size()]);
+        to[i] = lane::splat<F>(-123.0f);
+    }
+    F four[4];
+    lane::load_four<block>(from + 1, four);
+    lane::store_four<block>(four, to + 1);
+    for (std::size_t i = 0; i < 6; ++i) {
+        const F expected = i == 0 || i == 5 ? lane::splat<F>(-123.0f) : from[i];
+        CHECK(std::memcmp(&to[i], &expected, sizeof expected) == 0);
+    }
+}
+
+template <int W> void check_fours()
+{
+    for (std::size_t first = 0; first < kValues.size(); ++first) {
+        check_four<0, W>(first);
+        check_four<1, W>(first);
+        check_four<2, W>(first);
+        check_four<3, W>(first);
+        check_four<4, W>(first);
+        check_four<5, W>(first);
+    }
 }
 
 template <int W> void check_any()
@@ -161,4 +191,13 @@ TEST_CASE("any, get and set reach every lane")
     check_integers<4>();
     check_integers<8>();
     check_integers<16>();
+}
+
+// Four values come as they are from memory and go there as they are, through each block of
+// registers, and nothing beside them changes.
+TEST_CASE("load_four and store_four move four values bit by bit")
+{
+    check_fours<1>();
+    check_fours<4>();
+    check_fours<16>();
 }
