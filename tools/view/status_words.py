@@ -3,6 +3,7 @@ of lcmtypes/gpom_status_t.lcm. Also the names of types by their fingerprints.
 """
 TYPES = {
     0x1543f68f9b5f9666: "gpom.scan_t", 0x428375daa5a20b5c: "gpom.map_t",
+    0x1ea00e74ace59f1c: "gpom.distances_t",
     0x9c14d72b736bf503: "gpom.status_t", 0xdbecc97130af3fa6: "gpom.query_t",
     0xefc9f7a58845fac3: "gpom.answer_t", 0xe3d17423180b5e8d: "bot_core.planar_lidar_t",
     0x2e16efb052b0105e: "bot_core.pose_t", 0x89dc5b879a5056cf: "mbot_lcm_msgs.lidar_t",

@@ -338,8 +338,8 @@ void read_publish(const TomlTable &root, Config &config)
     const TomlTable table =
         root.has("publish") ? root.table("publish") : TomlTable("", kNone, "publish");
     table.refuse_keys_beyond({"map", "request", "status", "query", "answer", "grid", "pixels",
-                              "map_hz", "keyframe_s", "grid_s", "status_s", "stale_s",
-                              "query_crc_optional"},
+                              "distances", "distances_hz", "map_hz", "keyframe_s", "grid_s",
+                              "status_s", "stale_s", "query_crc_optional"},
                              kRemove);
     read_channel(table, "map", "GPOM_MAP", publish.map);
     read_channel(table, "request", "GPOM_MAP_REQUEST", publish.request);
@@ -348,6 +348,13 @@ void read_publish(const TomlTable &root, Config &config)
     read_channel(table, "answer", "GPOM_ANSWER", publish.answer);
     read_channel(table, "grid", "", publish.grid);
     read_channel(table, "pixels", "", publish.pixels);
+    read_channel(table, "distances", "", publish.distances);
+    publish.distances_period_us =
+        std::llround(1e6 / number_or(table, "distances_hz", 5.0, {0.01, 1000.0}));
+    if (publish.distances[0] != '\0' && distance_tile_count(config.map) > kTilesMax) {
+        table.fail("distances", "distances: a raster of so many cells cannot be published; make "
+                                "cells larger");
+    }
     publish.is_query_crc_optional = truth_or(table, "query_crc_optional", is_local(config.lcm_url));
     publish.map_period_us = std::llround(1e6 / number_or(table, "map_hz", 20.0, {0.01, 1000.0}));
     publish.keyframe_period_us = seconds_or(table, "keyframe_s", 5.0, {0.05, 1e6});
@@ -381,10 +388,11 @@ void check_channels(const TomlTable &root, const Config &config)
     for (std::size_t i = 0; i < config.n_sensors; ++i) {
         fields.push_back({"sensor[" + std::to_string(i) + "].channel", config.sensors[i].channel});
     }
-    for (const Field &field : {Field{"request", publish.request}, Field{"query", publish.query},
-                               Field{"map", publish.map}, Field{"status", publish.status},
-                               Field{"answer", publish.answer}, Field{"grid", publish.grid},
-                               Field{"pixels", publish.pixels}}) {
+    for (const Field &field :
+         {Field{"request", publish.request}, Field{"query", publish.query},
+          Field{"map", publish.map}, Field{"status", publish.status},
+          Field{"answer", publish.answer}, Field{"grid", publish.grid},
+          Field{"pixels", publish.pixels}, Field{"distances", publish.distances}}) {
         for (const Field &other : fields) {
             if (field.channel[0] == '\0' || std::strcmp(field.channel, other.channel) != 0) {
                 continue;

@@ -23,6 +23,16 @@ constexpr std::uint32_t kTileNx = 26;
 constexpr std::uint32_t kTileNy = 25;
 constexpr std::uint32_t kTileCells = kTileNx * kTileNy;
 static_assert(kTileCells <= GPOM_WIRE_MAP_CELLS_MAX, "a tile must fit a datagram");
+/// Cells along the sides of a tile of distances.
+constexpr std::uint32_t kDistanceTileNx = 16;
+constexpr std::uint32_t kDistanceTileNy = 10;
+constexpr std::uint32_t kDistanceTileCells = kDistanceTileNx * kDistanceTileNy;
+static_assert(kDistanceTileCells <= GPOM_WIRE_DISTANCES_CELLS_MAX, "a tile must fit a datagram");
+constexpr std::uint32_t distance_tile_count(const gpom_config_t &map)
+{
+    return (map.lowres_nx + kDistanceTileNx - 1) / kDistanceTileNx *
+           ((map.lowres_ny + kDistanceTileNy - 1) / kDistanceTileNy);
+}
 /// The number of tiles is an int16 in the message.
 constexpr std::uint32_t kTilesMax = 32767;
 
@@ -61,6 +71,9 @@ struct PublishConfig {
                                                      ///< sent.
     ChannelName pixels;                              ///< Channel of libbot's pixel map. Empty: it
                                                      ///< is not sent.
+    ChannelName distances;                           ///< Channel of distances. Empty: they are not
+                                                     ///< computed.
+    std::int64_t distances_period_us;                ///< Period of changed tiles of distances.
     std::int64_t map_period_us;                      ///< Period of changed tiles.
     std::int64_t keyframe_period_us;                 ///< Period of all tiles.
     std::int64_t grid_period_us;                     ///< Period of grid and pixels.

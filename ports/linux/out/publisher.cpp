@@ -95,7 +95,7 @@ std::size_t Publisher::need(const Config &config)
     const std::size_t n = std::size_t{config.map.lowres_nx} * config.map.lowres_ny;
     const std::size_t n_codes = std::size_t{2} * kTileCells * tile_count(config.map);
     return Memory::need<gpom_cell_t>(n) + 2 * Memory::need<std::uint8_t>(n_codes) +
-           Memory::need<std::uint8_t>(message_need(config));
+           Memory::need<std::uint8_t>(message_need(config)) + DistanceTiles::need(config);
 }
 
 void Publisher::init(const Config &config, Memory &memory, Sender &sender, MapThread &mapping,
@@ -113,6 +113,7 @@ void Publisher::init(const Config &config, Memory &memory, Sender &sender, MapTh
     sent_ = memory.take<std::uint8_t>(std::size_t{2} * kTileCells * n_tiles_);
     message_bytes_ = message_need(config);
     message_ = memory.take<std::uint8_t>(message_bytes_);
+    distances_.init(config, memory, mapping);
 }
 
 void Publisher::run(const std::atomic<bool> &stop)
@@ -120,6 +121,7 @@ void Publisher::run(const std::atomic<bool> &stop)
     Turn changes(config_->publish.map_period_us);
     Turn keyframes(config_->publish.keyframe_period_us);
     Turn grids(config_->publish.grid_period_us);
+    Turn distances(config_->publish.distances_period_us);
     stop_ = &stop;
     while (!stop.load(std::memory_order_relaxed)) {
         pulse_.fetch_add(1, std::memory_order_relaxed);
@@ -135,7 +137,11 @@ void Publisher::run(const std::atomic<bool> &stop)
             continue;
         }
         const bool is_requested = take_request(now_us);
-        send_map(keyframes.has_come(now_us) || is_requested);
+        const bool is_keyframe = keyframes.has_come(now_us) || is_requested;
+        send_map(is_keyframe);
+        if (is_keyframe || distances.has_come(now_us)) {
+            send_distances(is_keyframe);
+        }
         if (grids.has_come(now_us)) {
             send_grid();
             send_pixels();
@@ -144,6 +150,18 @@ void Publisher::run(const std::atomic<bool> &stop)
     if (copy()) {
         send_map(true);
     }
+}
+
+void Publisher::send_distances(bool is_keyframe)
+{
+    const DistanceChannel channel = {
+        [](void *publisher, const std::uint8_t *bytes, std::size_t n_bytes) {
+            Publisher &self = *static_cast<Publisher *>(publisher);
+            return self.sender_->send(self.config_->publish.distances, bytes, n_bytes,
+                                      {goes_on, publisher});
+        },
+        this};
+    distances_.send(state_, is_keyframe, channel);
 }
 
 /// True if a keyframe was requested and may be sent now. A request that is too early stays.

@@ -6,6 +6,7 @@
 #include "ports/linux/config/config.hpp"
 #include "ports/linux/lcm/sender.hpp"
 #include "ports/linux/map/mapping.hpp"
+#include "ports/linux/out/distance_tiles.hpp"
 
 #include <atomic>
 #include <condition_variable>
@@ -46,6 +47,7 @@ private:
     std::uint32_t tile_of_robot() const;
     bool send_tile(std::uint32_t i_tile, std::uint16_t i_sent, std::uint16_t n_sent,
                    bool is_keyframe);
+    void send_distances(bool is_keyframe);
     void send_grid();
     void send_pixels();
 
@@ -62,6 +64,7 @@ private:
     std::uint8_t *message_ = nullptr;
     std::size_t message_bytes_ = 0;
 
+    DistanceTiles distances_;
     gpom_lowres_info_t info_ = {};
     MapState state_ = {};
     gpom_lowres_info_t sent_info_ = {};
