@@ -21,13 +21,19 @@ enum {
 };
 
 static uint64_t map_memory[(GPOM_MAP_BYTES(DEVICE_BEAM_MAX, DEVICE_NX *DEVICE_NY) + 7) / 8];
-static uint8_t scratch_memory[GPOM_SCRATCH_BYTES(2 * MANY, 1) > GPOM_GRADIENT_BYTES(16, 1)
-                                  ? GPOM_SCRATCH_BYTES(2 * MANY, 1)
-                                  : GPOM_GRADIENT_BYTES(16, 1)];
+static uint8_t scratch_memory[GPOM_SCRATCH_BYTES(2 * MANY, 1)];
 static const gpom_scratch_t scratch = {scratch_memory, sizeof scratch_memory};
-static gpom_answer_t answers[POINTS];
-static gpom_gradient_t gradients[POINTS];
-static gpom_ray_t rays[RAYS];
+/* What distances, queries, gradients, rays and an alignment need, one after the other. */
+static union {
+    uint64_t field[(GPOM_DISTANCES_BYTES(DEVICE_NX, DEVICE_NY) + 7) / 8];
+    uint8_t align[GPOM_ALIGN_BYTES(ALIGN_RANGES)];
+    struct {
+        uint8_t scratch[GPOM_GRADIENT_BYTES(16, 1)];
+        gpom_gradient_t all[POINTS / 4];
+    } gradients;
+    gpom_ray_t rays[RAYS];
+    gpom_answer_t answers[POINTS];
+} shared;
 
 static void print_count(const char *name, uint32_t n)
 {
@@ -126,7 +132,8 @@ static void refresh(gpom_map_t *map, uint32_t n_points, const char *name)
 static void query(const gpom_map_t *map, const char *name)
 {
     gpom_count_begin();
-    const gpom_status_t status = gpom_query_points(map, street_points, POINTS, answers, &scratch);
+    const gpom_status_t status =
+        gpom_query_points(map, street_points, POINTS, shared.answers, &scratch);
     gpom_count_end();
     print_count(name, POINTS);
     require(status);
@@ -181,8 +188,7 @@ static gpom_scan_t room_scan(double x_m, double y_m)
 /* Align a scan in a map of two scans of a room, from a pose that is off by 0.2 m and 6 degrees. */
 static void align_in_room(void)
 {
-    static uint8_t memory[GPOM_ALIGN_BYTES(ALIGN_RANGES)];
-    const gpom_scratch_t align_scratch = {memory, sizeof memory};
+    const gpom_scratch_t align_scratch = {shared.align, sizeof shared.align};
     gpom_map_t *const map = make_map(&gpom_params_street, 8);
     gpom_sensor_t sensor;
     gpom_sensor_init(&sensor);
@@ -205,8 +211,6 @@ static void align_in_room(void)
     require(status);
     require(alignment.flags == 0 ? GPOM_OK : GPOM_ERR_REACH);
 }
-
-static uint64_t field_memory[(GPOM_DISTANCES_BYTES(DEVICE_NX, DEVICE_NY) + 7) / 8];
 
 /* Keep distances up until they are exact. */
 static void keep_distances(gpom_distances_t *field, const gpom_map_t *map, const char *name)
@@ -236,9 +240,13 @@ static void query_distances(const gpom_map_t *map)
 
 static void query_gradients(const gpom_map_t *map, const char *name)
 {
+    const gpom_scratch_t own = {shared.gradients.scratch, sizeof shared.gradients.scratch};
+    const size_t n = POINTS / 4;
     gpom_count_begin();
-    const gpom_status_t status =
-        gpom_query_gradients(map, street_points, POINTS, gradients, &scratch);
+    gpom_status_t status = GPOM_OK;
+    for (size_t i = 0; i < POINTS && status == GPOM_OK; i += n) {
+        status = gpom_query_gradients(map, street_points + i, n, shared.gradients.all, &own);
+    }
     gpom_count_end();
     print_count(name, POINTS);
     require(status);
@@ -251,7 +259,7 @@ static void follow_rays(const gpom_map_t *map, const char *name)
     const double turn_rad = 6.283185307179586;
     const gpom_fan_t fan = {at[0], at[1], at[2], turn_rad / RAYS, RAYS, 0.5f, 20.0, 0.0f, NULL, 0};
     gpom_count_begin();
-    const gpom_status_t status = gpom_ray_fan(map, &fan, rays, NULL, &scratch);
+    const gpom_status_t status = gpom_ray_fan(map, &fan, shared.rays, NULL, &scratch);
     gpom_count_end();
     print_count(name, RAYS);
     require(status);
@@ -281,7 +289,7 @@ int main(void)
         step(map, 16);
     }
     gpom_distances_t *field;
-    require(gpom_distances_init(&field, map, field_memory, sizeof field_memory));
+    require(gpom_distances_init(&field, map, shared.field, sizeof shared.field));
     keep_distances(field, map, "distances_first");
     insert_scan(map, STREET_SCANS - 1, "insert");
     refresh(map, 16, "refresh");
