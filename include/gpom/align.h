@@ -33,7 +33,7 @@ extern "C" {
 #define GPOM_ALIGN_POOR 16u
 /** Flag: the pose is farther from the prediction than the covariance of the prediction allows. */
 #define GPOM_ALIGN_FAR 32u
-/** These flags together: the pose may be wrong. Do not insert the scan. */
+/** Any of these flags: the pose may be wrong. Do not insert the scan. */
 #define GPOM_ALIGN_DOUBTFUL (GPOM_ALIGN_NOT_CONVERGED | GPOM_ALIGN_POOR | GPOM_ALIGN_FAR)
 
 /** Most returns of one scan that are used. */
@@ -62,7 +62,7 @@ typedef struct {
     float residual_good_m;  /**< With a greater residual, other starts are tried [m]; > 0. Default
                                    0.02. */
     float residual_max_m;   /**< With a greater residual, the scan does not fit: GPOM_ALIGN_POOR
-                                   [m]; > 0. Default 0.024. */
+                                   [m]; > 0. Default 0.036. */
     float heading_step_rad; /**< The other headings are one and two of these steps away on both
                                    sides [rad]; 0 .. 1. 0: none is tried. Default 0.17. */
     float ambiguous_sd_m;   /**< A direction is ambiguous if the scan alone knows the place along it
@@ -115,9 +115,10 @@ GPOM_API void gpom_align_config_init(gpom_align_config_t *config);
  *           pose is not valid or has no covariance), GPOM_ERR_MEM (scratch), GPOM_ERR_REACH (the
  *           sensor would be beyond GPOM_REACH_M of the origin). After an error the alignment is
  *           not written.
- *  Cost: at most n_iterations * n_returns_max searches for the 6 nearest hits, and 5 times as many
- *  if other headings are tried. A return is searched again only if it moved by more than 5 mm or
- *  if the circle of search became narrower. */
+ *  Cost: at most 14 n_iterations n_returns_max searches for the 6 nearest hits: from each of 7 starts
+ *  2 for each return in each iteration; and one traversal of the free segments for each return
+ *  without a line. In practice 2 to 3 searches for each return, and 10 to 40 if the fit is poor and
+ *  other starts are tried. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_align(const gpom_map_t *map,
                                                       const gpom_scan_t *scan,
                                                       const gpom_align_task_t *task,
@@ -128,7 +129,8 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_align(const gpom_map_t *map,
  *  predicted pose moves to. task->predicted is the pose of the robot at stamp_us, as in
  *  gpom_sweep_insert().
  *
- *  Errors and cost: as gpom_scan_align(), the poses of the beams included. */
+ *  Errors  as gpom_scan_align(), for the poses of the beams too.
+ *  Cost: as gpom_scan_align(). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_sweep_align(const gpom_map_t *map,
                                                        const gpom_sweep_t *sweep,
                                                        const gpom_align_task_t *task,
