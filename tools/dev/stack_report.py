@@ -24,8 +24,12 @@ INDIRECT = {
     r"^gpom_params_check$": r"\d+problem_of_\w+",
     r"^gpom_query_points$": r"\d+answer_pointsE",
     r"^gpom_query_raster$": r"\d+answer_rasterE",
-    r"^gpom_scratch_bytes$|\d+check_scratchE": r"\d+scratch_bytes_forE",
-    r"\d+answer_(points|raster)E": r"\d+answer_packetI",
+    r"^gpom_(scratch|gradient)_bytes$|\d+check_scratchE": r"\d+scratch_bytes_forE",
+    r"\d+answer_packetI.*AnswerArrays": r"\d+answer_foundI",
+    r"^gpom_query_gradients$": r"\d+all_gradientsE",
+    r"\d+(all_gradientsE|answer_packetI.*GradientOut)": r"\d+gradients_foundI",
+    r"\d+answer_rasterE": r"\d+answer_foundI",
+    r"gpom_ray_fan": r"\d+probe_pointsE",
     # Only where gpom_map_begin_late() is called.
     r"\d+keepER8gpom_map": r"\d+begin_lateER8gpom_map",
     # Hooks of gpom_mavlink_device_config_t and gpom_port_t.
