@@ -84,58 +84,68 @@ inline void fade_last_of_scan(const NearestK<F> &nearest, const Fading<D> &fadin
               lane::min(weight, lane::get(fading.weight[of.last], i_lane)));
 }
 
+/// The first point of a scan beyond the cap is left out. Its distance tells how the scan's last
+/// point fades.
+template <class D>
+inline void leave_out(NearestK<F> &nearest, const Fading<D> &fading, int i_lane, uint32_t rank,
+                      uint16_t scan, const OfScan &same)
+{
+    fade_last_of_scan(nearest, fading, i_lane, same, distance_m(nearest, fading, rank, i_lane));
+    const OfScan and_one_left_out = {same.n + 1, same.last, same.before};
+    lane::set(nearest.best[same.last].id, i_lane, scan_mark(scan, and_one_left_out));
+}
+
+/// Move a point from its rank in the pool to the next rank of the chosen ones, which is with.last.
+template <class D>
+inline void move_point(NearestK<F> &nearest, const Fading<D> &fading, int i_lane, uint32_t rank,
+                       uint16_t scan, const OfScan &with)
+{
+    const Found<F> &from = nearest.best[rank];
+    const int32_t slot = lane::get(from.slot, i_lane);
+    const float d2 = lane::get(from.d2, i_lane);
+    Found<F> &place = nearest.best[with.last];
+    lane::set(place.d2, i_lane, d2);
+    lane::set(place.id, i_lane, scan_mark(scan, with));
+    lane::set(place.slot, i_lane, slot);
+    move_distance(fading, rank, with.last, i_lane);
+}
+
 /// cap_scans() of one lane.
 template <class D>
 inline void cap_scans_of(const gpom_map &map, NearestK<F> &nearest, Fading<D> &fading, int i_lane)
 {
-    const gpom_params_t &params = map.config.params;
-    const bool fades = params.n_fading > 0;
+    const uint32_t n_max = map.config.params.scan_points_max;
+    const bool fades = map.config.params.n_fading > 0;
     const auto pool_end_m = lane::get(fading.end_m, i_lane);
-    const uint32_t n_max = params.scan_points_max;
-    const uint32_t n = fading.n;
     Found<F> *const best = nearest.best;
-    const Found<F> *const end = best + nearest.k;
     uint32_t n_chosen = 0;
-    for (const Found<F> *at = best; at != end; ++at) {
-        const int32_t slot = lane::get(at->slot, i_lane);
+    for (uint32_t rank = 0; rank < nearest.k && (fades || n_chosen < fading.n); ++rank) {
+        const int32_t slot = lane::get(best[rank].slot, i_lane);
         if (slot < 0) {
             break;
         }
-        const auto rank = static_cast<uint32_t>(at - best);
         const uint16_t scan = map.index.beams[slot].scan;
         const OfScan same = of_scan(best, i_lane, n_chosen, scan);
-        const float d2 = lane::get(at->d2, i_lane);
+        const OfScan with = {same.n + 1, n_chosen, same.last};
         if (same.n >= n_max) {
             if (fades && same.n == n_max) {
-                fade_last_of_scan(nearest, fading, i_lane, same,
-                                  distance_m(nearest, fading, rank, i_lane));
-                const OfScan and_one_left_out = {n_max + 1, same.last, same.before};
-                lane::set(best[same.last].id, i_lane, scan_mark(scan, and_one_left_out));
+                leave_out(nearest, fading, i_lane, rank, scan, same);
             }
-        } else if (n_chosen == n) {
-            if (!fades) {
-                break;
-            }
-            lane::set(fading.end_m, i_lane,
-                      lane::min(distance_m(nearest, fading, rank, i_lane),
-                                lane::get(fading.end_m, i_lane)));
+        } else if (n_chosen == fading.n) {
+            const auto d_m = distance_m(nearest, fading, rank, i_lane);
+            lane::set(fading.end_m, i_lane, lane::min(d_m, lane::get(fading.end_m, i_lane)));
         } else {
-            Found<F> &place = best[n_chosen];
-            const OfScan with = {same.n + 1, n_chosen, same.last};
-            lane::set(place.d2, i_lane, d2);
-            lane::set(place.id, i_lane, scan_mark(scan, with));
-            lane::set(place.slot, i_lane, slot);
-            move_distance(fading, rank, n_chosen, i_lane);
+            move_point(nearest, fading, i_lane, rank, scan, with);
             if (with.n == n_max && fades) {
                 fade_last_of_scan(nearest, fading, i_lane, with, pool_end_m);
             }
             ++n_chosen;
         }
     }
-    for (uint32_t j = n_chosen; j < n; ++j) {
-        lane::set(best[j].slot, i_lane, int32_t{-1});
-        lane::set(best[j].d2, i_lane, kNoDistance2);
-        clear_distance(fading, j, i_lane);
+    for (; n_chosen < fading.n; ++n_chosen) {
+        lane::set(best[n_chosen].slot, i_lane, int32_t{-1});
+        lane::set(best[n_chosen].d2, i_lane, kNoDistance2);
+        clear_distance(fading, n_chosen, i_lane);
     }
 }
 
