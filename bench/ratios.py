@@ -94,6 +94,10 @@ def print_insertion(live):
     print(f"insert live, from {live['kept']} of {live['beam_max']} beams on: "
           f"{live['insert']['us_mean']:.1f} us a scan of {live['beams_per_scan']} beams, "
           f"{1e-3 * live['insert']['us_max']:.2f} ms at worst, without its step")
+    if "of_nanoflann" in live:
+        print(f"    as many searches by nanoflann: {live['rival']['us_mean']:.1f} us; "
+              f"insertion takes {live['of_nanoflann']:.2f} of that, its worst scan "
+              f"{live['insert']['us_max'] / live['insert']['us_mean']:.1f} times the mean")
 
 
 def print_solves(run):
@@ -133,7 +137,7 @@ def main():
     parser.add_argument("--speed", help="output of bench/speed.cpp")
     parser.add_argument("--sklearn", help="output of bench/sklearn_gp.py")
     parser.add_argument("--insert", nargs="+", default=[], type=pathlib.Path,
-                        help="outputs of `gpom-live insert`")
+                        help="outputs of bench-insertion")
     parser.add_argument("--record", metavar="DIR", type=pathlib.Path,
                         help="write the main ratios into this folder; needs --speed")
     arguments = parser.parse_args()

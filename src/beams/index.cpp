@@ -8,6 +8,12 @@ namespace gpom
 namespace
 {
 
+/// Distance from a place to the line that a beam lies on.
+float distance_to_line(const Point &at, const Beam &beam)
+{
+    return lane::abs((at.x_m - beam.x_m) * beam.dir_y - (at.y_m - beam.y_m) * beam.dir_x);
+}
+
 /// True if so many beams are recent, or so many parts vanished, that searches get slower.
 bool is_worth_building(const Index &index)
 {
@@ -208,14 +214,17 @@ void remove_beam(Index &index, uint32_t slot)
 
 bool is_near_free(const Index &index, Subtree *stack, const Point &at, float reach_m)
 {
-    const Box around = {at.x_m, at.y_m, at.x_m, at.y_m};
+    const Area around(widened({at.x_m, at.y_m, at.x_m, at.y_m}, reach_m));
     const Offset<float> from = {at.x_m, at.y_m};
     return !traverse(
-        index, index.free_part, stack,
-        [&](const Box &box) { return are_near(box, around, reach_m); },
+        index, index.free_part, {stack, index.next_id},
+        [&](const Box &box) { return around.touches(box); },
         [&](uint32_t slot) {
-            const float d2 = distance2(from, index.free_part, index.beams[slot]);
-            return !(d2 < reach_m * reach_m);
+            const Beam &beam = index.beams[slot];
+            if (distance_to_line(at, beam) > 1.01f * reach_m) { // most segments; more for rounding
+                return true;
+            }
+            return !(distance2(from, index.free_part, beam) < reach_m * reach_m);
         });
 }
 

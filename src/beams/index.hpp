@@ -139,16 +139,15 @@ bool for_each_of_block(const Index &index, const RecentBlock &block, const IdRan
     return true;
 }
 
-/// Visit the slots of recent beams that may have a part of this kind, the youngest first. Only
-/// blocks are visited for whose box touches(box) is true. If there are more recent beams than the
-/// blocks hold, all recent beams are visited, in the order of their slots. Visiting ends when
-/// visit(slot) returns false; then this returns false too.
+/// Visit the slots of recent beams, with ids in a range, that may have a part of this kind, the
+/// youngest first. Only blocks are visited for whose box touches(box) is true. If there are more
+/// recent beams than the blocks hold, all recent beams are visited, in the order of their slots.
+/// Visiting ends when visit(slot) returns false; then this returns false too.
 template <class Part, class Touches, class Visit>
-bool for_each_recent(const Index &index, const Part &part, const Touches &touches,
-                     const Visit &visit)
+bool for_each_recent(const Index &index, const IdRange &ids, const Part &part,
+                     const Touches &touches, const Visit &visit)
 {
-    const IdRange ids = {tree_of(index, part).id_end, index.next_id};
-    if (ids.end - ids.first > (index.n_recent_max - 1) * kRecentBlock) {
+    if (index.next_id - ids.first > (index.n_recent_max - 1) * kRecentBlock) {
         for (uint32_t slot = 0; slot < index.n_slots; ++slot) {
             if (ids.has(index.beams[slot].id) && !visit(slot)) {
                 return false;
@@ -170,38 +169,52 @@ bool for_each_recent(const Index &index, const Part &part, const Touches &touche
     return true;
 }
 
-/// Visit the slots of all beams that have this part and may lie in a box for which touches(box) is
-/// true. Beams of the tree come first, then recent beams. Visiting ends when visit(slot) returns
-/// false; then this returns false too.
+/// What a traversal needs besides the index.
+struct Scope {
+    Subtree *stack;  ///< kDepthMax entries.
+    uint32_t id_end; ///< Beams with this id or a greater one are left out.
+};
+
+/// Visit the slots of all beams in scope that have this part and may lie in a box for which
+/// touches(box) is true. Beams of the tree come first, then recent beams. Visiting ends when
+/// visit(slot) returns false; then this returns false too.
+///
+/// Both children of a node are compared before one of them is entered, so that the stack holds
+/// only subtrees that will be visited. The box of the root is not compared.
 template <class Part, class Touches, class Visit>
-bool traverse(const Index &index, const Part &part, Subtree *stack, const Touches &touches,
+bool traverse(const Index &index, const Part &part, const Scope &scope, const Touches &touches,
               const Visit &visit)
 {
     const KdTree &tree = tree_of(index, part);
+    const uint32_t tree_end = scope.id_end < tree.id_end ? scope.id_end : tree.id_end;
     const auto visit_member = [&](uint32_t slot) {
         return !Part::is_in(index.beams[slot]) || visit(slot);
     };
-    uint32_t depth = 0;
-    if (tree.n_items > 0) {
-        stack[depth++] = root_of(tree);
-    }
+    uint32_t depth = tree.n_items > 0 ? 1 : 0;
+    scope.stack[0] = root_of(tree);
     while (depth > 0) {
-        Subtree t = stack[--depth];
-        bool is_near = touches(tree.boxes[t.node]);
+        Subtree t = scope.stack[--depth];
+        bool is_near = true;
         while (is_near && t.n_leaves > 1) {
-            stack[depth++] = right_of(t);
-            t = left_of(t);
-            is_near = touches(tree.boxes[t.node]);
+            const Subtree left = left_of(t);
+            const Subtree right = right_of(t);
+            const bool is_right_near = touches(tree.boxes[right.node]);
+            is_near = touches(tree.boxes[left.node]);
+            t = is_near ? left : right;
+            if (is_near && is_right_near) {
+                scope.stack[depth++] = right;
+            }
+            is_near = is_near || is_right_near;
         }
         const Stretch slots = is_near ? slots_of(tree, t) : Stretch{0, 0};
         for (uint32_t i = slots.first; i < slots.first + slots.n; ++i) {
             const uint32_t slot = tree.slots[i];
-            if (index.beams[slot].id < tree.id_end && !visit_member(slot)) {
+            if (index.beams[slot].id < tree_end && !visit_member(slot)) {
                 return false;
             }
         }
     }
-    return for_each_recent(index, part, touches, visit_member);
+    return for_each_recent(index, {tree_end, scope.id_end}, part, touches, visit_member);
 }
 
 /// True if a free segment is nearer to a place than reach_m.
@@ -216,7 +229,7 @@ bool search(NearestK<F> &nearest, const Offset<F> &at, const Index &index, const
     const KdTree &tree = tree_of(index, part);
     const bool is_whole = search_tree(nearest, at, part, tree, walks);
     for_each_recent(
-        index, part,
+        index, {tree.id_end, index.next_id}, part,
         [&](const Box &box) {
             return lane::any(box_distance2(box, at.x_m, at.y_m) <= box_reach2(nearest.worst()));
         },

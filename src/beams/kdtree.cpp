@@ -85,8 +85,19 @@ void finish_extents(TreeBuild &build, KdTree &tree, const Stretch &slots)
     build.selection = selection_of(slots.first, slots.n, left_of(t).n_leaves * kLeafSize);
 }
 
-template <class Part>
-uint32_t build_slice(TreeBuild &build, KdTree &tree, const Part &part, uint32_t budget)
+/// One of the two parts of a beam. The choice is made while the program runs, so that the code that
+/// builds a tree exists once.
+struct EitherPart {
+    bool is_hit;
+    float length_m; ///< depth_m of hits, gap_m of free segments.
+
+    Segment operator()(const Beam &beam) const
+    {
+        return is_hit ? HitPart{length_m}(beam) : FreePart{length_m}(beam);
+    }
+};
+
+uint32_t build_slice(TreeBuild &build, KdTree &tree, const EitherPart &part, uint32_t budget)
 {
     uint32_t used = 0;
     while (!is_done(build) && used < budget) {
@@ -123,12 +134,12 @@ void start_build(TreeBuild &build, const KdTree &tree)
 
 uint32_t build_some(TreeBuild &build, KdTree &tree, const HitPart &part, uint32_t budget)
 {
-    return build_slice(build, tree, part, budget);
+    return build_slice(build, tree, {true, part.depth_m}, budget);
 }
 
 uint32_t build_some(TreeBuild &build, KdTree &tree, const FreePart &part, uint32_t budget)
 {
-    return build_slice(build, tree, part, budget);
+    return build_slice(build, tree, {false, part.gap_m}, budget);
 }
 
 } // namespace gpom

@@ -17,6 +17,7 @@
 
 #include <float.h>
 #include <stddef.h>
+#include <string.h>
 
 namespace gpom
 {
@@ -60,14 +61,58 @@ inline void include(Box &box, const Segment &s)
            lane::max(box.y_max_m, lane::max(s.y_m, end.y_m) + slack_m)};
 }
 
-/// True if two boxes are at most reach_m apart in x, and at most reach_m apart in y. All four
-/// comparisons are computed without branches, because a processor cannot predict which of them
-/// fails first.
-inline bool are_near(const Box &a, const Box &b, float reach_m)
+/// The same box with reach_m more on each side.
+inline Box widened(const Box &box, float reach_m)
 {
-    return (a.x_min_m <= b.x_max_m + reach_m) & (b.x_min_m <= a.x_max_m + reach_m) &
-           (a.y_min_m <= b.y_max_m + reach_m) & (b.y_min_m <= a.y_max_m + reach_m);
+    return {box.x_min_m - reach_m, box.y_min_m - reach_m, box.x_max_m + reach_m,
+            box.y_max_m + reach_m};
 }
+
+inline bool is_inside(const Box &box, const Point &at)
+{
+    return (at.x_m >= box.x_min_m) & (at.x_m <= box.x_max_m) & (at.y_m >= box.y_min_m) &
+           (at.y_m <= box.y_max_m);
+}
+
+/// A rectangle that many boxes are compared with. No branch tells which side of a box is outside,
+/// because a processor cannot predict it. One lane: the greatest of four differences decides.
+template <int W> struct AreaOf {
+    Box box;
+
+    explicit AreaOf(const Box &rectangle) : box(rectangle) {}
+
+    /// True if another box has a point in common with the rectangle.
+    bool touches(const Box &other) const
+    {
+        const float x_m = lane::max(other.x_min_m - box.x_max_m, box.x_min_m - other.x_max_m);
+        const float y_m = lane::max(other.y_min_m - box.y_max_m, box.y_min_m - other.y_max_m);
+        return lane::max(x_m, y_m) <= 0.0f;
+    }
+};
+
+/// The same with four lanes: one comparison for all four sides. Coordinates of the far sides have
+/// their signs changed, so that all sides are compared in the same direction.
+template <> struct AreaOf<4> {
+    using Sides = lane::Lane<4>::F;
+    Sides limits;
+
+    explicit AreaOf(const Box &rectangle)
+        : limits{rectangle.x_max_m, rectangle.y_max_m, -rectangle.x_min_m, -rectangle.y_min_m}
+    {
+    }
+
+    bool touches(const Box &other) const
+    {
+        constexpr Sides kFarSides = {0.0f, 0.0f, -0.0f, -0.0f};
+        constexpr uint32_t kAll = 0xf;
+        static_assert(sizeof(Sides) == sizeof(Box), "a box is four sides");
+        Sides sides;
+        memcpy(&sides, &other, sizeof sides);
+        return lane::bits_where_le(lane::flip_sign(sides, kFarSides), limits) == kAll;
+    }
+};
+
+using Area = AreaOf<(GPOM_LANES > 1 ? 4 : 1)>;
 
 /// A part of a tree: a node and the leaves below it.
 struct Subtree {

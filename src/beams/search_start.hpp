@@ -87,6 +87,7 @@ inline void find_start(SearchStart &start, const KdTree &tree, const Part &part,
                       greatest(F(v.reach_m + v.at.y_m)) + margin_m};
     const Point middle = {0.5f * (area.x_min_m + area.x_max_m),
                           0.5f * (area.y_min_m + area.y_max_m)};
+    const Area around(area);
     start.area = area;
     start.n = 0;
     uint32_t depth = 0;
@@ -95,7 +96,7 @@ inline void find_start(SearchStart &start, const KdTree &tree, const Part &part,
     }
     while (depth > 0) {
         const Subtree t = stack[--depth];
-        if (!are_near(tree.boxes[t.node], area, 0.0f)) {
+        if (!around.touches(tree.boxes[t.node])) {
             continue;
         }
         if (t.n_leaves == 1 || start.n + depth + 2 > kStartPartsMax) {

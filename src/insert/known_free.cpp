@@ -9,22 +9,24 @@ namespace gpom
 namespace
 {
 
-/// True if a kept beam is of an earlier scan and its free segment passes a place within a margin.
-bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at, const Margin &margin)
+/// True if the free segment of a kept beam passes a place within a margin. Most segments are too
+/// far to the side, so that this is compared first.
+inline bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at, const Margin &margin)
 {
     const float keep_m = map.config.keep_m;
     const float from_x = at.x_m - beam.x_m;
     const float from_y = at.y_m - beam.y_m;
-    const float along = from_x * beam.dir_x + from_y * beam.dir_y;
     const float across = lane::abs(from_x * beam.dir_y - from_y * beam.dir_x);
+    if (!(across < margin.width * keep_m)) {
+        return false;
+    }
+    const float along = from_x * beam.dir_x + from_y * beam.dir_y;
     const float to_go = beam.range_m - along;
-    const float width = lane::min(margin.slope * to_go, margin.width * keep_m);
     const bool is_beside = along > 0.0f && along < map.index.free_part(beam).length_m;
-    return is_beside && to_go > keep_m && across < width && beam.id < map.keeper.scan_first_id;
+    return is_beside && to_go > keep_m && across < margin.slope * to_go;
 }
 
-/// True if a kept beam is of an earlier scan and its free segment crosses another segment, `part`.
-/// From there on the beam must still go farther than keep_m and than the length of `part`.
+/// True if the free segment of a kept beam crosses another segment, `part`. From there on the beam must still go farther than keep_m and than the length of `part`.
 bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
 {
     const float from_x = part.x_m - beam.x_m;
@@ -41,21 +43,21 @@ bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
         (from_x + in_m * part.dir_x) * beam.dir_x + (from_y + in_m * part.dir_y) * beam.dir_y;
     const float to_go = beam.range_m - along;
     const bool is_on = along > 0.0f && along < map.index.free_part(beam).length_m;
-    return is_on && to_go > lane::max(map.config.keep_m, part.length_m) &&
-           beam.id < map.keeper.scan_first_id;
+    return is_on && to_go > lane::max(map.config.keep_m, part.length_m);
 }
 
-/// Call visit(slot) for kept beams with free segments whose boxes are within reach_m of the box
-/// around a segment. Stops when visit() returns false, and then returns false. May be called inside
+/// Call visit(slot) for kept beams of earlier scans with free segments whose boxes are within
+/// reach_m of the box around a segment. Stops when visit() returns false, and then returns false. May be called inside
 /// a traversal of hits.
 template <class Visit>
 bool for_each_free_near(gpom_map &map, const Segment &part, float reach_m, const Visit &visit)
 {
-    Box around = empty_box();
-    include(around, part);
+    Box box_of_part = empty_box();
+    include(box_of_part, part);
+    const Area around(widened(box_of_part, reach_m));
     return traverse(
-        map.index, map.index.free_part, map.keeper.inner_stack,
-        [&](const Box &box) { return are_near(box, around, reach_m); }, visit);
+        map.index, map.index.free_part, {map.keeper.inner_stack, map.keeper.scan_first_id},
+        [&](const Box &box) { return around.touches(box); }, visit);
 }
 
 } // namespace

@@ -72,12 +72,13 @@ uint32_t cells_before(float way_m, float cell_m)
 uint32_t crowded_cells(gpom_map &map, const Segment &way, float cell_m)
 {
     const float reach_m = 0.5f * cell_m;
-    Box around = empty_box();
-    include(around, way);
+    Box box_of_way = empty_box();
+    include(box_of_way, way);
+    const Area around(widened(box_of_way, reach_m));
     uint32_t n_least[kCrowd] = {}; // bit i of n_least[n]: more than n segments pass cell i
     traverse(
-        map.index, map.index.free_part, map.keeper.inner_stack,
-        [&](const Box &box) { return are_near(box, around, reach_m); },
+        map.index, map.index.free_part, {map.keeper.inner_stack, map.index.next_id},
+        [&](const Box &box) { return around.touches(box); },
         [&](uint32_t slot) {
             const Segment other = map.index.free_part(map.index.beams[slot]);
             const Interval passes = beside(way, other, reach_m);

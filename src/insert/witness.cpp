@@ -39,10 +39,27 @@ struct BeamLanes {
     F dir_x, dir_y, length_m;
 };
 
-/// The sector in which all beams of a group run, if it is less than half a turn.
-struct Fan {
-    Point right, left; ///< Directions of its edges. The sector runs counter-clockwise to the left.
-    bool is_wide;      ///< True: the beams may span half a turn or more. The edges are not used.
+/// Places on one side of a line, and a little beyond the line: x_m nx + y_m ny >= least_m, where
+/// (nx, ny) is the unit normal.
+struct HalfPlane {
+    float nx, ny, least_m;
+
+    bool has(const Point &at) const { return nx * at.x_m + ny * at.y_m >= least_m; }
+
+    /// True if it has a corner of a box.
+    bool has_part_of(const Box &box) const
+    {
+        const float x = lane::max(nx * box.x_min_m, nx * box.x_max_m);
+        const float y = lane::max(ny * box.y_min_m, ny * box.y_max_m);
+        return x + y >= least_m;
+    }
+};
+
+/// The sector in which all beams of a group run, if it is less than half a turn. It is the common
+/// part of two half-planes.
+struct Sector {
+    HalfPlane left_of_right_edge, right_of_left_edge;
+    bool is_wide; ///< True: the beams may span half a turn or more. The half-planes are not used.
 };
 
 /// A group whose beams are judged together.
@@ -50,10 +67,11 @@ struct Trial {
     gpom_map &map;
     Judgement &judgement;
     Box box;       ///< The box around all beams, wider by keep_m on each side.
+    Area area;     ///< The same.
     Point sensor;  ///< Start of the first beam. If the sensor moves, other beams start elsewhere.
     bool moves;    ///< The sensor moves from beam to beam.
     float reach_m; ///< keep_m + greatest distance of a start from `sensor` + rounding error.
-    Fan fan;
+    Sector sector;
     const BeamLanes *lanes; ///< All beams, in n_vectors elements.
     uint32_t n_vectors;
 };
@@ -88,36 +106,30 @@ BeamLanes lanes_of(const Group &group, uint32_t i_vector, bool moves)
 /// the start of the ray.
 float cross(const Point &from, const Point &to) { return from.x_m * to.y_m - from.y_m * to.x_m; }
 
-Fan fan_of(const Group &group)
+/// The places that are to the left of a ray from `start`, or at most reach_m to the right of it.
+HalfPlane left_of_ray(const Point &start, const Point &dir, float reach_m)
+{
+    const float rounding_m = kRounding * (lane::abs(start.x_m) + lane::abs(start.y_m));
+    const float at_start_m = dir.x_m * start.y_m - dir.y_m * start.x_m;
+    return {-dir.y_m, dir.x_m, at_start_m - reach_m - rounding_m};
+}
+
+/// The sector of a group that starts at `sensor`, and reach_m more on either side.
+Sector sector_of(const Group &group, const Point &sensor, float reach_m)
 {
     const Beam &middle = group.beams[group.n / 2];
     const Point ahead = {middle.dir_x, middle.dir_y};
-    Fan fan = {ahead, ahead, false};
+    Point right = ahead;
+    Point left = ahead;
+    bool is_wide = false;
     for (uint32_t i = 0; i < group.n; ++i) {
         const Point dir = {group.beams[i].dir_x, group.beams[i].dir_y};
-        fan.is_wide = fan.is_wide || !(ahead.x_m * dir.x_m + ahead.y_m * dir.y_m > 0.0f);
-        fan.right = cross(fan.right, dir) < 0.0f ? dir : fan.right;
-        fan.left = cross(fan.left, dir) > 0.0f ? dir : fan.left;
+        is_wide = is_wide || !(ahead.x_m * dir.x_m + ahead.y_m * dir.y_m > 0.0f);
+        right = cross(right, dir) < 0.0f ? dir : right;
+        left = cross(left, dir) > 0.0f ? dir : left;
     }
-    return fan;
-}
-
-/// True if a place, given relative to the sensor, is in the sector or at most reach_m outside of
-/// either edge.
-bool is_in_fan(const Fan &fan, const Point &at, float reach_m)
-{
-    return (cross(fan.right, at) >= -reach_m) & (cross(fan.left, at) <= reach_m);
-}
-
-/// The same for any place of a box. The box extends by `half` to either side of its centre.
-bool is_in_fan(const Fan &fan, const Point &centre, const Point &half, float reach_m)
-{
-    const float beside_right =
-        half.x_m * lane::abs(fan.right.y_m) + half.y_m * lane::abs(fan.right.x_m);
-    const float beside_left =
-        half.x_m * lane::abs(fan.left.y_m) + half.y_m * lane::abs(fan.left.x_m);
-    return (cross(fan.right, centre) >= -(reach_m + beside_right)) &
-           (cross(fan.left, centre) <= reach_m + beside_left);
+    const Point back = {-left.x_m, -left.y_m}; // what is to the right of an edge
+    return {left_of_ray(sensor, right, reach_m), left_of_ray(sensor, back, reach_m), is_wide};
 }
 
 /// True if one of kLanes beams from the sensor comes within reach_m of a box. Compares the
@@ -137,15 +149,17 @@ bool touches(const BeamLanes &s, const Point &centre, const Point &half, float r
 /// the sector is too wide.
 bool may_matter(const Trial &trial, const Box &box)
 {
-    if (!are_near(box, trial.box, 0.0f)) {
+    if (!trial.area.touches(box)) {
         return false;
+    }
+    const Sector &sector = trial.sector;
+    if (!sector.is_wide) {
+        return sector.left_of_right_edge.has_part_of(box) &
+               sector.right_of_left_edge.has_part_of(box);
     }
     const Point centre = {0.5f * (box.x_min_m + box.x_max_m) - trial.sensor.x_m,
                           0.5f * (box.y_min_m + box.y_max_m) - trial.sensor.y_m};
     const Point half = {0.5f * (box.x_max_m - box.x_min_m), 0.5f * (box.y_max_m - box.y_min_m)};
-    if (!trial.fan.is_wide) {
-        return is_in_fan(trial.fan, centre, half, trial.reach_m);
-    }
     for (uint32_t v = 0; v < trial.n_vectors; ++v) {
         if (touches(trial.lanes[v], centre, half, trial.reach_m)) {
             return true;
@@ -157,10 +171,9 @@ bool may_matter(const Trial &trial, const Box &box)
 /// The same for one hit.
 bool may_matter(const Trial &trial, const Point &at)
 {
-    const bool is_inside = (at.x_m >= trial.box.x_min_m) & (at.x_m <= trial.box.x_max_m) &
-                           (at.y_m >= trial.box.y_min_m) & (at.y_m <= trial.box.y_max_m);
-    const Point from = {at.x_m - trial.sensor.x_m, at.y_m - trial.sensor.y_m};
-    return is_inside && (trial.fan.is_wide || is_in_fan(trial.fan, from, trial.reach_m));
+    const Sector &sector = trial.sector;
+    return is_inside(trial.box, at) && (sector.is_wide || (sector.left_of_right_edge.has(at) &
+                                                           sector.right_of_left_edge.has(at)));
 }
 
 /// kLanes beams, and the occupied part of a hit relative to the start of each beam.
@@ -385,8 +398,7 @@ Box box_around(const Group &group, float reach_m)
                lane::max(box.x_max_m, lane::max(beam.x_m, end.x_m)),
                lane::max(box.y_max_m, lane::max(beam.y_m, end.y_m))};
     }
-    return {box.x_min_m - reach_m, box.y_min_m - reach_m, box.x_max_m + reach_m,
-            box.y_max_m + reach_m};
+    return widened(box, reach_m);
 }
 
 /// Upper bound of the distance from the start of the first beam to the start of any other beam.
@@ -415,7 +427,8 @@ Trial trial_of(gpom_map &map, Judgement &judgement, BeamLanes *lanes)
         lanes[v] = lanes_of(group, v, moves);
     }
     const float reach_m = keep_m + (moves ? spread_of(group) : 0.0f) + kRounding * length_m;
-    return {map, judgement, box, sensor, moves, reach_m, fan_of(group), lanes, n_vectors};
+    const Sector sector = sector_of(group, sensor, reach_m);
+    return {map, judgement, box, Area(box), sensor, moves, reach_m, sector, lanes, n_vectors};
 }
 
 } // namespace
@@ -431,7 +444,7 @@ void judge(gpom_map &map, Judgement &judgement)
     BeamLanes lanes[kVectors];
     const Trial trial = trial_of(map, judgement, lanes);
     traverse(
-        map.index, map.index.hit_part, map.keeper.hit_stack,
+        map.index, map.index.hit_part, {map.keeper.hit_stack, map.index.next_id},
         [&](const Box &box) { return may_matter(trial, box); },
         [&](uint32_t slot) {
             const Beam &beam = map.index.beams[slot];

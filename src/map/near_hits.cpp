@@ -17,6 +17,27 @@ bool was_past(const gpom_map &map, const Beam &beam)
 /// Which hits count: hits that became past before this scan's time, or hits that are not past.
 enum class Wanted : uint8_t { kPast, kNotPast };
 
+/// The square around a place that holds all hits within a distance. Its half side is a little
+/// longer, because distances are rounded.
+struct Square {
+    Point at;
+    float half_m;
+
+    Square(const Point &place, float within2_m2)
+        : at(place), half_m(1.0001f * lane::sqrt(within2_m2))
+    {
+    }
+
+    Area area() const { return Area(widened({at.x_m, at.y_m, at.x_m, at.y_m}, half_m)); }
+
+    /// False for a hit that is too far away along an axis. Its occupied part is depth_m long.
+    bool may_hold(const Point &hit, float depth_m) const
+    {
+        const float reach_m = half_m + depth_m;
+        return lane::abs(hit.x_m - at.x_m) <= reach_m && lane::abs(hit.y_m - at.y_m) <= reach_m;
+    }
+};
+
 /// Not inlined: if both callers contained it, the compiler would make the traversal a separate
 /// function and keep its state in memory instead of registers.
 [[gnu::noinline]] NearHits search_hits(const gpom_map &map, Subtree *stack, const HitSearch &search,
@@ -26,15 +47,22 @@ enum class Wanted : uint8_t { kPast, kNotPast };
     NearestK<float> nearest = {near.best, 2, 2};
     const Offset<float> at = {search.at.x_m, search.at.y_m};
     const Index &index = map.index;
+    Square square(search.at, search.within2_m2);
+    Area area = square.area();
     traverse(
-        index, index.hit_part, stack,
-        [&](const Box &box) {
-            return box_distance2(box, at.x_m, at.y_m) <= box_reach2(nearest.worst());
-        },
+        index, index.hit_part, {stack, index.next_id},
+        [&](const Box &box) { return area.touches(box); },
         [&](uint32_t slot) {
             const Beam &beam = index.beams[slot];
-            if (wanted == Wanted::kPast ? was_past(map, beam) : !is_past(beam)) {
-                offer_beam(nearest, at, index.hit_part, {index.beams, slot, {0, index.next_id}});
+            const bool is_wanted = wanted == Wanted::kPast ? was_past(map, beam) : !is_past(beam);
+            if (!is_wanted || !square.may_hold(end_of(beam), index.hit_part.depth_m)) {
+                return true;
+            }
+            const float worst2_m2 = nearest.worst();
+            offer_beam(nearest, at, index.hit_part, {index.beams, slot, {0, index.next_id}});
+            if (nearest.worst() < worst2_m2) {
+                square = Square(search.at, nearest.worst());
+                area = square.area();
             }
             return !(near.best[0].d2 < search.enough2_m2);
         });

@@ -281,12 +281,13 @@ inline void for_cells(Cell *cells, const Window &w, Span rows, Columns columns_o
     for (uint32_t ky = rows.first; ky < rows.end; ++ky) {
         const Span columns = columns_of_row(ky);
         const uint32_t row = row0 + ky < w.ny ? row0 + ky : row0 + ky - w.ny;
-        uint32_t column = column0 + columns.first;
-        column = column < w.nx ? column : column - w.nx;
         Cell *const first = cells + static_cast<size_t>(row) * w.nx;
-        for (uint32_t kx = columns.first; kx < columns.end; ++kx) {
-            visit(first[column]);
-            column = column + 1 == w.nx ? 0 : column + 1;
+        Cell *const end = first + w.nx;
+        Cell *cell = first + column0 + columns.first;
+        cell = cell < end ? cell : cell - w.nx;
+        for (uint32_t n_left = columns.end - columns.first; n_left > 0; --n_left) {
+            visit(*cell);
+            cell = cell + 1 == end ? first : cell + 1;
         }
     }
 }

@@ -18,13 +18,16 @@ float cells_from_corner(double origin_m, float offset_m, double corner_m, double
     return static_cast<float>((origin_m - corner_m + static_cast<double>(offset_m)) / cell_m);
 }
 
-void mark(Cell &cell, uint32_t &n_marked)
+/// Mark one cell. Returns 1 if it was not marked before, else 0. No other thread writes to cells,
+/// so that a plain load is enough.
+[[gnu::always_inline]] inline uint32_t mark(Cell &cell)
 {
-    const uint32_t value = load(cell.value);
-    if ((value & (kDirty | kOutside)) == 0) {
-        store(cell.value, value | kDirty);
-        ++n_marked;
+    const uint32_t value = cell.value;
+    if ((value & (kDirty | kOutside)) != 0) {
+        return 0;
     }
+    store(cell.value, value | kDirty);
+    return 1;
 }
 
 /// Count the cells that were marked in a layer, and start the round over all its cells again.
@@ -72,7 +75,7 @@ void lowres_mark_segment(Lowres &lowres, Point from, Point to, float reach_m)
         uint32_t n_marked = 0;
         if (layer.window.nx > 0) {
             for_strip(layer, strip_of(lowres, layer.window, from, to, reach_m),
-                      [&n_marked](Cell &cell) { mark(cell, n_marked); });
+                      [&n_marked](Cell &cell) { n_marked += mark(cell); });
         }
         count_marks(layer, n_marked);
     }
@@ -89,7 +92,7 @@ void lowres_mark_box(Lowres &lowres, Point low, Point high, float reach_m)
         for_cells(
             layer.cells, w, centres_between(box.v_min, box.v_max, w.ny),
             [&columns](uint32_t) { return columns; },
-            [&n_marked](Cell &cell) { mark(cell, n_marked); });
+            [&n_marked](Cell &cell) { n_marked += mark(cell); });
         count_marks(layer, n_marked);
     }
     lowres.near = {0, 0};
@@ -100,7 +103,7 @@ void lowres_mark_all(Lowres &lowres)
     for (Layer &layer : lowres.layers) {
         uint32_t n_marked = 0;
         for (uint32_t slot = 0; slot < cell_count(layer.window); ++slot) {
-            mark(layer.cells[slot], n_marked);
+            n_marked += mark(layer.cells[slot]);
         }
         count_marks(layer, n_marked);
     }

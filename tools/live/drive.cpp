@@ -126,6 +126,7 @@ HostMap map_of(const DriveConfig &drive)
 struct Cost {
     double insert_s, step_s;
     std::uint64_t ops;
+    double rival_s = 0.0;
 };
 
 Cost cost_of(HostMap &map, const Scan &scan, std::uint64_t step_ops)
@@ -134,7 +135,7 @@ Cost cost_of(HostMap &map, const Scan &scan, std::uint64_t step_ops)
     map.insert(scan);
     const double insert_s = seconds_since(start);
     const std::uint64_t ops = map.step(step_ops);
-    return {insert_s, seconds_since(start) - insert_s, ops};
+    return {insert_s, seconds_since(start) - insert_s, ops, 0.0};
 }
 
 void add(Tenth &tenth, const Cost &cost)
@@ -164,6 +165,7 @@ std::vector<Cost> full_map_costs(const InsertBench &bench)
         const Cost cost = cost_of(map, scan, bench.drive.live.step_ops);
         if (is_full || !costs.empty()) {
             costs.push_back(cost);
+            costs.back().rival_s = bench.rival_s ? bench.rival_s(*map.get(), scan) : 0.0;
         }
         return costs.size() < bench.n_scans;
     });
@@ -263,13 +265,17 @@ Json insert_report(const InsertBench &bench)
     for (std::size_t i = 0; i < bench.n_runs; ++i) {
         runs.push_back(full_map_costs(bench));
     }
-    return {{"kept", bench.n_kept},
-            {"beam_max", bench.drive.live.beam_max},
-            {"beams_per_scan", bench.drive.town.n_beams},
-            {"scans", bench.n_scans},
-            {"runs", bench.n_runs},
-            {"insert", time_json(runs, &Cost::insert_s)},
-            {"step", time_json(runs, &Cost::step_s)}};
+    Json report = {{"kept", bench.n_kept},
+                   {"beam_max", bench.drive.live.beam_max},
+                   {"beams_per_scan", bench.drive.town.n_beams},
+                   {"scans", bench.n_scans},
+                   {"runs", bench.n_runs},
+                   {"insert", time_json(runs, &Cost::insert_s)},
+                   {"step", time_json(runs, &Cost::step_s)}};
+    if (bench.rival_s) {
+        report["rival"] = time_json(runs, &Cost::rival_s);
+    }
+    return report;
 }
 
 } // namespace gpom_tools

@@ -40,6 +40,9 @@ struct InsertBench {
     std::size_t n_kept = 20000;
     std::size_t n_scans = 2000;
     std::size_t n_runs = 5;
+    /// Called after each measured scan. Returns the time of a rival's work for the same scan [s].
+    /// The map is that of the run. Absent: there is no rival.
+    std::function<double(const gpom_map_t &map, const Scan &scan)> rival_s = {};
 };
 nlohmann::ordered_json insert_report(const InsertBench &bench);
 

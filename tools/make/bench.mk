@@ -30,12 +30,12 @@ bench-record: bench ## Keep the main ratios of this processor, for a column of R
 	$(Q)python3 bench/ratios.py --speed build/bench/speed.json \
 	    --insert build/bench/insert-of-*.json --record bench/processors | tail -1
 
-bench-insert: $(BUILD)/gpom-live
+bench-insert: build/setup/bench $(BUILD)/bench-insertion
 bench-insert: ## Time inserting scans into a map of 20,000 beams, one with room and a full one
 	@mkdir -p build/bench
 	$(Q)for beam_max in 40000 20000; do \
-	    $(BUILD)/gpom-live insert --params tools/params/street.toml --keep 0.1 --kept 20000 --runs 3 \
-	        --beam-max $$beam_max --json build/bench/insert-of-$$beam_max.json || exit 1; \
+	    $(BUILD)/bench-insertion tools/params/street.toml $$beam_max \
+	        build/bench/insert-of-$$beam_max.json || exit 1; \
 	done
 	$(Q)python3 bench/ratios.py --insert build/bench/insert-of-*.json
 
@@ -72,8 +72,7 @@ count-visits:
 	    build/host-visits/count-visits
 
 $(BENCH_OBJ) $(BENCH_ISA_OBJ): $(BUILD)/flags | $(COMPILER)
-$(BUILD)/obj/bench/speed.o $(BUILD)/obj/bench/distances.o \
-    $(BUILD)/obj/bench/distance_error.o: | build/setup/bench
+$(patsubst %,$(BUILD)/obj/bench/%.o,speed distances distance_error insertion): | build/setup/bench
 $(BENCH_OBJ): $(BUILD)/obj/%.o: %.cpp
 	$(call compile,$(CXX) $(HOST_FLAGS))
 $(BENCH_ISAS:%=$(BUILD)/obj/bench/solve_%.o): $(BUILD)/obj/bench/solve_%.o: bench/solve.cpp
@@ -88,9 +87,11 @@ $(BUILD)/bench-distances: $(BUILD)/obj/bench/distances.o $(BENCH_LIB) $(BUILD)/l
 	$(call link,$(CXX) $(HOST_FLAGS),-ldynamicedt3d -lz -lbz2 $(CORE_LIBS))
 $(BUILD)/distance-error: $(BUILD)/obj/bench/distance_error.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),-ldynamicedt3d -loctomap -loctomath -lz -lbz2 $(CORE_LIBS))
+$(BUILD)/bench-insertion: $(BUILD)/obj/bench/insertion.o $(call objects,$(patsubst %,tools/%.cpp,\
+    live/drive eval/protocol eval/surface eval/occupancy_grid))
 $(BUILD)/rays: $(BUILD)/obj/bench/rays.o
 $(BUILD)/count-queries: $(BUILD)/obj/bench/count_queries.o
-$(BUILD)/rays $(BUILD)/count-queries: $(BENCH_LIB) $(BUILD)/libgpom.a
+$(BUILD)/bench-insertion $(BUILD)/rays $(BUILD)/count-queries: $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))
 $(BUILD)/count-visits: $(BUILD)/obj/bench/count_visits.o $(BENCH_LIB) $(BUILD)/libgpom.a
 	$(call link,$(CXX) $(HOST_FLAGS),-lz -lbz2 $(CORE_LIBS))

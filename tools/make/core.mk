@@ -18,8 +18,8 @@ lib: $(BUILD)/libgpom.a $(if $(filter 1,$(SHARED)),$(BUILD)/libgpom.so) ## Build
 # On a microcontroller what runs seldom, or is short, is compiled for size; on the smallest one also
 # what costs few instructions for its bytes.
 SMALL_cortex-m4 := insert/known_free insert/witness
-SMALL := $(if $(filter 1,$(BARE)),map/config_check beams/index gp/kernel insert/forget map/map \
-    map/origin map/store raster/lowres raster/lowres_mark refresh/live refresh/lowres_read \
+SMALL := $(if $(filter 1,$(BARE)),map/config_check beams/index gp/kernel insert/forget \
+    insert/keep map/map map/origin map/store raster/lowres refresh/live refresh/lowres_read \
     refresh/lowres_step $(SMALL_$(CPU)))
 $(SMALL:%=$(BUILD)/obj/src/%.o): SIZE := -Os
 $(CORE_OBJ) $(ISA_OBJ): $(BUILD)/flags | $(COMPILER)

@@ -486,3 +486,25 @@ TEST_CASE_TEMPLATE("the k nearest do not depend on the order of offers", F, floa
         CHECK(is_in_order);
     }
 }
+
+// A rectangle and a box have a common point if and only if their extents overlap along both axes,
+// whether the sides are compared one by one or in four lanes.
+TEST_CASE("a rectangle touches a box where both extents overlap")
+{
+    GPOM_TELL_SEED();
+    Random random(17);
+    for (int i = 0; i < 20000; ++i) {
+        // Whole numbers, so that sides often coincide. Some boxes are points, some are empty.
+        const auto side = [&] { return static_cast<float>(random.below(9)) - 4.0f; };
+        const float x0 = side(), y0 = side();
+        const gpom::Box a = {x0, y0, x0 + std::abs(side()), y0 + std::abs(side())};
+        const float x1 = side(), y1 = side();
+        const gpom::Box b = random.below(10) == 0
+                                ? gpom::empty_box()
+                                : gpom::Box{x1, y1, x1 + std::abs(side()), y1 + std::abs(side())};
+        const bool overlap_x = a.x_min_m <= b.x_max_m && b.x_min_m <= a.x_max_m;
+        const bool overlap_y = a.y_min_m <= b.y_max_m && b.y_min_m <= a.y_max_m;
+        REQUIRE(gpom::AreaOf<1>(a).touches(b) == (overlap_x && overlap_y));
+        REQUIRE(gpom::AreaOf<4>(a).touches(b) == (overlap_x && overlap_y));
+    }
+}
