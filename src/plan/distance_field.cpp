@@ -134,7 +134,7 @@ uint64_t sweep_column(gpom_distances &field, const Layer &layer, Target target, 
             mark(field.rows[ky], target, static_cast<int32_t>(kx), field.n_rows);
         }
     }
-    return static_cast<uint64_t>(reach.last - reach.first + 1);
+    return static_cast<uint64_t>(reach.last) - static_cast<uint64_t>(reach.first) + 1;
 }
 
 /// The columns of a row that a change can reach, and the columns that can be nearest to them.
@@ -225,7 +225,7 @@ uint64_t sweep_row(gpom_distances &field, Target target, uint32_t ky)
         }
         row.at(x).across = n > 0 ? static_cast<int16_t>(field.envelope[i].column - x) : kNone;
     }
-    return static_cast<uint64_t>(reach.last_column - reach.first_column + 1);
+    return static_cast<uint64_t>(reach.last_column) - static_cast<uint64_t>(reach.first_column) + 1;
 }
 
 /// Mark a cell of the row that is compared. It changed as at least one kind of target.

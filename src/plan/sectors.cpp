@@ -124,7 +124,8 @@ Cover cover_of(const Look &look, Arrow low)
     const Arrow middle = {low.x + 0.5f, low.y + 0.5f};
     Cover aside = {0.0f, 0.0f};
     for (int i = 0; i < 4; ++i) {
-        const Arrow corner = {low.x + static_cast<float>(i & 1), low.y + static_cast<float>(i / 2)};
+        const Arrow corner = {low.x + static_cast<float>(i & 1),
+                              low.y + static_cast<float>(i >> 1)};
         const float aside_rad = angle_of(turned(middle, corner));
         aside.right_rad = lane::min(aside.right_rad, aside_rad);
         aside.left_rad = lane::max(aside.left_rad, aside_rad);
@@ -200,6 +201,20 @@ float farthest(const Look &look)
 int32_t larger(int32_t a, int32_t b) { return a > b ? a : b; }
 int32_t smaller(int32_t a, int32_t b) { return a < b ? a : b; }
 
+/// A part of a row of a ring, relative to the robot.
+struct RingRow {
+    int32_t dy, first, last, step;
+};
+
+void visit_row(const Look &look, const RingRow &row, int32_t left)
+{
+    for (int32_t dx = row.first; dx <= row.last; dx += row.step) {
+        if (dx >= left) {
+            visit(look, dx, row.dy);
+        }
+    }
+}
+
 /// Visit the cells ring by ring, the nearest first: those of the raster, and those beside its edge,
 /// which stand for all that is outside. Stop before the ring behind the ends of all sectors.
 void visit_rings(const Look &look)
@@ -213,14 +228,11 @@ void visit_rings(const Look &look)
             return;
         }
         for (int32_t dy = larger(-ring, low); dy <= smaller(ring, high); ++dy) {
-            const bool is_whole_row = dy == -ring || dy == ring;
-            const int32_t step = is_whole_row ? 1 : 2 * ring;
-            const int32_t first = is_whole_row ? larger(-ring, left) : -ring;
-            for (int32_t dx = first; dx <= smaller(ring, right); dx += step) {
-                if (dx >= left) {
-                    visit(look, dx, dy);
-                }
-            }
+            const bool is_whole = dy == -ring || dy == ring;
+            visit_row(look,
+                      {dy, is_whole ? larger(-ring, left) : -ring, smaller(ring, right),
+                       is_whole ? 1 : 2 * ring},
+                      left);
         }
     }
 }
