@@ -26,7 +26,8 @@ inline bool is_on_free(const gpom_map &map, const Beam &beam, const Point &at, c
     return is_beside && to_go > keep_m && across < margin.slope * to_go;
 }
 
-/// True if the free segment of a kept beam crosses another segment, `part`. From there on the beam must still go farther than keep_m and than the length of `part`.
+/// True if the free segment of a kept beam crosses another segment, `part`. From there on the beam
+/// must still go farther than keep_m and than the length of `part`.
 bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
 {
     const float from_x = part.x_m - beam.x_m;
@@ -47,8 +48,8 @@ bool is_across(const gpom_map &map, const Beam &beam, const Segment &part)
 }
 
 /// Call visit(slot) for kept beams of earlier scans with free segments whose boxes are within
-/// reach_m of the box around a segment. Stops when visit() returns false, and then returns false. May be called inside
-/// a traversal of hits.
+/// reach_m of the box around a segment. Stops when visit() returns false, and then returns false.
+/// May be called inside a traversal of hits.
 template <class Visit>
 bool for_each_free_near(gpom_map &map, const Segment &part, float reach_m, const Visit &visit)
 {
