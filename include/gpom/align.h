@@ -115,10 +115,10 @@ GPOM_API void gpom_align_config_init(gpom_align_config_t *config);
  *           pose is not valid or has no covariance), GPOM_ERR_MEM (scratch), GPOM_ERR_REACH (the
  *           sensor would be beyond GPOM_REACH_M of the origin). After an error the alignment is
  *           not written.
- *  Cost: at most 14 n_iterations n_returns_max searches for the 6 nearest hits: from each of 7 starts
- *  2 for each return in each iteration; and one traversal of the free segments for each return
- *  without a line. In practice 2 to 3 searches for each return, and 10 to 40 if the fit is poor and
- *  other starts are tried. */
+ *  Cost: at most 14 n_iterations n_returns_max searches for the 6 nearest hits: from each of 7
+ *  starts 2 for each return in each iteration; and one traversal of the free segments for each
+ *  return without a line. In practice 2 to 3 searches for each return, and 10 to 40 if the fit is
+ *  poor and other starts are tried. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_scan_align(const gpom_map_t *map,
                                                       const gpom_scan_t *scan,
                                                       const gpom_align_task_t *task,

@@ -270,7 +270,7 @@ void gpom_align_config_init(gpom_align_config_t *config)
     config->n_independent = 10;
     config->return_sd_m = 0.03f;
     config->residual_good_m = 0.02f;
-    config->residual_max_m = 0.036f;
+    config->residual_max_m = 0.033f;
     config->heading_step_rad = 0.17f;
     config->ambiguous_sd_m = 0.05f;
     config->ambiguous_sd_rad = 0.1f;
