@@ -1,5 +1,4 @@
-// gpom-slam: errors of a way whose errors are known, scans matched by ranges, all matchers in a
-// room.
+// gpom-slam: known errors of a way, scans matched by their ranges, all matchers in a room.
 #include "tools/slam/errors.hpp"
 #include "tools/slam/gpom_matcher.hpp"
 #include "tools/slam/hector.hpp"
