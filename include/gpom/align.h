@@ -62,7 +62,7 @@ typedef struct {
     float residual_good_m;  /**< With a greater residual, other starts are tried [m]; > 0. Default
                                    0.02. */
     float residual_max_m;   /**< With a greater residual, the scan does not fit: GPOM_ALIGN_POOR
-                                   [m]; > 0. Default 0.036. */
+                                   [m]; > 0. Default 0.033. */
     float heading_step_rad; /**< The other headings are one and two of these steps away on both
                                    sides [rad]; 0 .. 1. 0: none is tried. Default 0.17. */
     float ambiguous_sd_m;   /**< A direction is ambiguous if the scan alone knows the place along it
