@@ -117,7 +117,11 @@ TEST_CASE("every beam of a sweep starts from its own pose")
         sweep.add(single.ranges_m[0], bearing_rad, single.pose);
     }
     REQUIRE(sweep.insert_into(swept.get()) == GPOM_OK);
-    CHECK(same_bytes(singles.beams(), swept.beams()));
+    std::vector<gpom_beam_t> beams = singles.beams();
+    for (gpom_beam_t &beam : beams) { // 40 scans with numbers of their own
+        beam.scan = 0;
+    }
+    CHECK(same_bytes(beams, swept.beams()));
     CHECK(singles.stats().scans_inserted == 40);
     CHECK(swept.stats().scans_inserted == 1);
 }
