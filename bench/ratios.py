@@ -10,8 +10,8 @@ of a whole query over that of nanoflann's search of the hits only, and the speed
 with covariances, as a part of the measured peak of multiply-adds (two operations each). The
 covariance is Matern-1/2, or the paper's for maps named -nn. Further lines compare whole maps with
 the paper's times, and give the figures of a real log, of building and inserting (mean and worst
-scan of `gpom-live insert`), and of the two solves of many neighbours. --record also writes the main
-ratios into a file of DIR, named after the processor (bench/processor.py).
+scan of `gpom-live insert`), and of the two solves of many neighbours. --record prints nothing of
+this, but writes the main ratios into a file of DIR, named after the processor (bench/processor.py).
 """
 import argparse
 import json
@@ -145,12 +145,13 @@ def main():
         parser.error("--record needs --speed FILE")
     insertions = [read_json(path) for path in arguments.insert]
     run = Run(arguments.speed) if arguments.speed is not None else None
+    if arguments.record is not None:
+        write_record(arguments.record, run, insertions)
+        return
     if run is not None:
         print_speed(run, read_json(arguments.sklearn))
     for live in insertions:
         print_insertion(live)
-    if arguments.record is not None:
-        write_record(arguments.record, run, insertions)
 
 
 if __name__ == "__main__":

@@ -93,7 +93,7 @@ typedef struct {
                               otherwise it does not count. */
     float weak_x;        /**< Unit vector, map frame: the direction along which the scan says least
                               about the place. */
-    float weak_y;        /**< */
+    float weak_y;        /**< Component along y. */
     float weak_sd_m;     /**< Standard deviation of the place along it, from the scan alone [m]. */
     float weak_sd_rad;   /**< Standard deviation of the yaw, from the scan alone [rad]. */
     uint16_t n_returns;  /**< Returns used. */

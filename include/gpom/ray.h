@@ -87,7 +87,9 @@ GPOM_NODISCARD GPOM_API gpom_status_t gpom_ray_fan(const gpom_map_t *map, const 
                                                    gpom_ray_t *rays, float *before,
                                                    const gpom_scratch_t *scratch);
 
-/** Follow one ray: the first of the fan. As gpom_ray_fan() otherwise. */
+/** Follow one ray: the first of the fan. As gpom_ray_fan() otherwise.
+ *
+ *  Cost: as for one ray of a fan. */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_ray_query(const gpom_map_t *map, const gpom_fan_t *fan,
                                                      gpom_ray_t *ray, float *before,
                                                      const gpom_scratch_t *scratch);

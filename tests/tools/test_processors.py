@@ -42,6 +42,7 @@ def fixture_folder(tmp_path):
         run = write_run(tmp_path / "speed.json", name)
         done = ratios("--speed", run, "--record", tmp_path)
         assert done.returncode == 0, done.stderr
+        done = ratios("--speed", run)
         assert f"processor {name}; L1d 48 KiB, L2 1,024 KiB\n" in done.stdout
         assert "50 at 128 bits, 200 at 512 bits" in done.stdout
         run.unlink()

@@ -28,7 +28,7 @@ bench: build/setup/bench $(BUILD)/speed bench-insert ## Compare with Eigen, nano
 bench-record: bench ## Keep the main ratios of this processor, for a column of RESULTS.md
 	@mkdir -p bench/processors
 	$(Q)python3 bench/ratios.py --speed build/bench/speed.json \
-	    --insert build/bench/insert-of-*.json --record bench/processors | tail -1
+	    --insert build/bench/insert-of-*.json --record bench/processors
 
 bench-insert: build/setup/bench $(BUILD)/bench-insertion
 bench-insert: ## Time inserting scans into a map of 20,000 beams, one with room and a full one
