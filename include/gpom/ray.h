@@ -59,7 +59,7 @@ typedef struct {
     float deviation_m;    /**< Its standard deviation. */
     uint16_t n_evaluated; /**< Points that were evaluated. */
     uint8_t flags;        /**< 0, or GPOM_RAY_… bits. */
-    uint8_t reserved;     /**< 0. */
+    uint8_t reserved;     /**< Always 0. */
 } gpom_ray_t;
 
 /** Bytes of scratch for rays, as GPOM_SCRATCH_BYTES(). It is enough for queries, too. */
