@@ -18,20 +18,31 @@
 extern "C" {
 #endif
 
+/** How far an export has come. Set `disc`, and the rest to 0. */
+typedef struct {
+    const gpom_disc_t *disc; /**< Only beams that start or end in the disc; NULL: all. */
+    uint32_t i_slot;         /**< The next slot; the call moves it. All beams were copied when it
+                                  reaches gpom_map_slot_count(). */
+    uint32_t n;              /**< Output: beams that the last call copied. */
+} gpom_export_t;
+
 /** Copy kept beams out of a map, some at each call. The map does not change. If it changes between
  *  two calls, a beam may be missing or come twice.
  *
- *  disc       only beams that start or end in the disc; NULL: all.
- *  i_slot     0 at the first call; the call moves it. All beams were copied when it reaches
- *             gpom_map_slot_count().
- *  beams      output: up to beam_max beams.
- *  n          output: number of beams copied.
- *  Errors     GPOM_ERR_ARG (null, beam_max is 0, the disc as in gpom_map_forget()).
+ *  beams     output: progress->n beams, at most beam_max.
+ *  beam_max  room in `beams`; at least 1.
+ *  Errors    GPOM_ERR_ARG (null, beam_max is 0, the disc as in gpom_map_forget()).
  *  Cost: O(slots passed). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_export_beams(const gpom_map_t *map,
-                                                            const gpom_disc_t *disc,
-                                                            uint32_t *i_slot, gpom_beam_t *beams,
-                                                            size_t beam_max, size_t *n);
+                                                            gpom_export_t *progress,
+                                                            gpom_beam_t *beams, size_t beam_max);
+
+/** The same pose in the frames of two maps, for example a predicted and an aligned pose. Best near
+ *  the beams: turned coordinates are exact to 1e-7 of the distance from it. `cov` is not read. */
+typedef struct {
+    gpom_pose_t from; /**< In the frame of the other map. */
+    gpom_pose_t to;   /**< In the frame of this map. */
+} gpom_frames_t;
 
 /** What gpom_map_import_beams() did with the beams. The sum of all is their number. */
 typedef struct {
@@ -50,17 +61,14 @@ typedef struct {
  *
  *  beams     n beams, as gpom_map_export_beams() gives them. Any bits are allowed. A stamp before
  *            stamp0_us of the low-resolution map (lowres.h) moves it back, by up to 2^31 ms.
- *  from, to  the same pose in the frame of the other map and in the frame of this map, for example
- *            a predicted and an aligned pose. Best near the beams: turned coordinates are exact to
- *            1e-7 of the distance from `from`. Both NULL: the frames are the same.
+ *  frames    a pose in both frames; NULL: the frames are the same.
  *  report    output, or NULL.
- *  Errors    GPOM_ERR_ARG (null, one pose only, a pose is not finite); then nothing changed.
+ *  Errors    GPOM_ERR_ARG (null, a pose is not finite); then nothing changed.
  *  Cost: for each beam as for a new beam of a scan (scan.h); where stamp0_us moves, also
  *        O(slots + cells). */
 GPOM_NODISCARD GPOM_API gpom_status_t gpom_map_import_beams(gpom_map_t *map,
                                                             const gpom_beam_t *beams, size_t n,
-                                                            const gpom_pose_t *from,
-                                                            const gpom_pose_t *to,
+                                                            const gpom_frames_t *frames,
                                                             gpom_import_report_t *report);
 
 #ifdef __cplusplus

@@ -368,6 +368,14 @@ inline Walks from_root(const KdTree &tree, Subtree *stack, uint32_t n_max = UINT
     return {stack, tree.n_items > 0 ? 1u : 0u, n_max};
 }
 
+/// Push a subtree if a search needs it.
+inline void push_if(bool is_needed, Subtree *&top, const Subtree &subtree)
+{
+    if (is_needed) {
+        *top++ = subtree;
+    }
+}
+
 /// search_tree() for one query: the same steps, with fewer copies of subtrees and boxes.
 template <class Part>
 bool search_tree_of_one(NearestK<float> &nearest, const Offset<float> at, const Part part,
@@ -394,15 +402,11 @@ bool search_tree_of_one(NearestK<float> &nearest, const Offset<float> at, const 
             const float left_d2 = box_distance2(left, at.x_m, at.y_m);
             const float right_d2 = box_distance2(right, at.x_m, at.y_m);
             if (priority(part, right, place) < priority(part, left, place)) {
-                if (left_d2 <= reach2) {
-                    *top++ = left_of(here);
-                }
+                push_if(left_d2 <= reach2, top, left_of(here));
                 here = right_of(here);
                 d2 = right_d2;
             } else {
-                if (right_d2 <= reach2) {
-                    *top++ = right_of(here);
-                }
+                push_if(right_d2 <= reach2, top, right_of(here));
                 here = left_of(here);
                 d2 = left_d2;
             }

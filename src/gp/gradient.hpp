@@ -93,13 +93,21 @@ inline F covariance_of_pair(const Feature<F> &own, const Feature<F> &other, F *p
     return covariance;
 }
 
-/// Covariances of a point with n others, `stride` elements apart in `row`, and the pairs.
+/// Where the covariances of a point with others go, `stride` elements apart, and the pairs.
+template <class F> struct PairRow {
+    F *row;
+    size_t stride;
+    F *pairs;
+};
+
+/// Covariances of a point with n others, and the pairs.
 template <gpom_kernel_t K, class F>
-inline void covariances_of_pairs(const Feature<F> own, const Feature<F> *others, size_t n, F *row,
-                                 size_t stride, F *pairs)
+inline void covariances_of_pairs(const Feature<F> own, const Feature<F> *others, size_t n,
+                                 const PairRow<F> to)
 {
     for (size_t p = 0; p < n; ++p) {
-        row[stride * p] = covariance_of_pair<K>(own, others[p], pairs + pair_values(K) * p);
+        to.row[to.stride * p] =
+            covariance_of_pair<K>(own, others[p], to.pairs + pair_values(K) * p);
     }
 }
 
@@ -257,13 +265,14 @@ inline Pulls<F> pulls_on_query(const GpWork<F> &work, const SlopeWork<F> &moving
     return pulls;
 }
 
-/// The pulls of the query and of all n neighbours on neighbour i. `query` has the numbers of the
-/// pair of the query and the neighbour.
+/// The pulls of the query and of all neighbours on neighbour i.
 template <gpom_kernel_t K, class F>
-inline Pulls<F> pulls_on(const GpWork<F> &work, const SlopeWork<F> &moving,
-                         const MovingPoint<F> &query, const F *pair_of_query, size_t i, size_t n)
+inline Pulls<F> pulls_on(const Neighbourhood<Dual<F>> &points, const GpWork<F> &work,
+                         const SlopeWork<F> &moving, const MovingPoint<F> &query, size_t i)
 {
     constexpr size_t n_values = pair_values(K);
+    const size_t n = points.n_hits + points.n_free;
+    const F *const pair_of_query = moving.pairs + n_values * (row_at(kTile * points.n_tiles()) + i);
     Pulls<F> pulls = {};
     if constexpr (K == GPOM_KERNEL_NN) {
         pulls.by_b = {pair_of_query[0] * query.feature.a, pair_of_query[0] * query.feature.b,
@@ -307,8 +316,7 @@ inline MomentSlopes<F> moment_slopes(const KernelConstants constants,
     MomentSlopes<F> sums = {zero, zero, zero, zero};
     for (size_t i = 0; i < n; ++i) {
         const MovingPoint<F> own = {work.features[i], moving.features[i], work.u[i], work.v[i]};
-        const Pulls<F> pulls =
-            pulls_on<K>(work, moving, query, of_query + pair_values(K) * i, i, n);
+        const Pulls<F> pulls = pulls_on<K>(points, work, moving, query, i);
         add_point<K>(sums, own, pulls);
         if (does_noise_move) {
             const Dual<F> noise = inv_sf2 * points.noise[i];
@@ -328,8 +336,8 @@ inline void moving_block_row(const Neighbourhood<Dual<F>> &points, GpWork<F> &wo
     for (size_t r = 0; r < kTile; ++r) {
         const size_t n = kTile * i + r;
         const Feature<F> own = work.features[n];
-        covariances_of_pairs<K>(own, work.features, n, panel + r, kTile,
-                                moving.pairs + pair_values(K) * row_at(n));
+        covariances_of_pairs<K>(own, work.features, n,
+                                {panel + r, kTile, moving.pairs + pair_values(K) * row_at(n)});
         panel[kTile * n + r] = lane::fma(points.noise[n].value, inv_sf2, unit_variance<K>(own));
     }
 }
@@ -357,35 +365,39 @@ inline Feature<F> feature_slope(const KernelConstants constants, const Feature<F
     }
 }
 
+/// The query's place in the frame of the covariance [m].
+template <class F> struct MovingPlace {
+    Dual<F> x_m, y_m;
+};
+
 /// predict() with derivatives. Mean and variance are the same to the bit.
 template <gpom_kernel_t K, class F>
 inline Moments<Dual<F>> predict_moving(const KernelConstants constants,
                                        const Neighbourhood<Dual<F>> &points, GpWork<F> &work,
-                                       const SlopeWork<F> &moving, const Dual<F> &frame_x_m,
-                                       const Dual<F> &frame_y_m)
+                                       const SlopeWork<F> &moving, const MovingPlace<F> &frame)
 {
     const F zero = lane::splat<F>(0.0f);
     const F inv_sf2 = lane::splat<F>(1.0f / constants.sf2);
-    const Feature<F> place = feature<K>(constants, frame_x_m.value, frame_y_m.value);
+    const Feature<F> place = feature<K>(constants, frame.x_m.value, frame.y_m.value);
     const FeatureSlopes<F> slopes = {
-        feature_slope<K>(constants, place, frame_x_m.by_x, frame_y_m.by_x),
-        feature_slope<K>(constants, place, frame_x_m.by_y, frame_y_m.by_y)};
+        feature_slope<K>(constants, place, frame.x_m.by_x, frame.y_m.by_x),
+        feature_slope<K>(constants, place, frame.x_m.by_y, frame.y_m.by_y)};
     const MovingPoint<F> query = {place, slopes, zero, lane::splat<F>(-1.0f)};
     Moments<F> now = {zero, zero, zero}; // variance: what the neighbours explain of it
     work.factor.bad = zero;
     pad(points);
     const size_t n = kTile * points.n_tiles();
     for (size_t j = 0; j < n; ++j) {
-        const Dual<F> x_m = points.x_m[j] + frame_x_m;
-        const Dual<F> y_m = points.y_m[j] + frame_y_m;
+        const Dual<F> x_m = points.x_m[j] + frame.x_m;
+        const Dual<F> y_m = points.y_m[j] + frame.y_m;
         const Feature<F> point = feature<K>(constants, x_m.value, y_m.value);
         work.features[j] = point;
         moving.features[j] = {feature_slope<K>(constants, point, x_m.by_x, y_m.by_x),
                               feature_slope<K>(constants, point, x_m.by_y, y_m.by_y)};
         work.u[j] = lane::splat<F>(j < points.n_hits ? 1.0f : -1.0f);
     }
-    covariances_of_pairs<K>(query.feature, work.features, n, work.v, 1,
-                            moving.pairs + pair_values(K) * row_at(n));
+    covariances_of_pairs<K>(query.feature, work.features, n,
+                            {work.v, 1, moving.pairs + pair_values(K) * row_at(n)});
     for (size_t i = 0; i < points.n_tiles(); ++i) {
         moving_block_row<K>(points, work, moving, inv_sf2, i);
         factor_block_row(work.factor, i);

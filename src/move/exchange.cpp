@@ -178,59 +178,62 @@ int64_t oldest_of(const gpom_beam_t *beams, size_t n, int64_t oldest_us)
     return oldest_us;
 }
 
-Import import_of(gpom_map &map, const gpom_pose_t *from, const gpom_pose_t *to,
-                 gpom_import_report_t &report)
+Import import_of(gpom_map &map, const gpom_frames_t *frames, gpom_import_report_t &report)
 {
     const gpom_point_t at = {map.config.origin_x_m, map.config.origin_y_m};
-    if (from == nullptr) { // about the origin, so that nothing is lost to rounding
+    if (frames == nullptr) { // about the origin, so that nothing is lost to rounding
         return {map, {0.0, 0.0, 0.0, 0.0, {1.0f, 0.0f}}, at.x_m, at.y_m, report};
     }
-    const Direction turn = direction_of(short_way(to->yaw_rad - from->yaw_rad));
-    return {
-        map, {0.0, 0.0, to->x_m - at.x_m, to->y_m - at.y_m, turn}, from->x_m, from->y_m, report};
+    const gpom_pose_t &to = frames->to;
+    const Direction turn = direction_of(short_way(to.yaw_rad - frames->from.yaw_rad));
+    return {map,
+            {0.0, 0.0, to.x_m - at.x_m, to.y_m - at.y_m, turn},
+            frames->from.x_m,
+            frames->from.y_m,
+            report};
 }
 
 } // namespace
 
 } // namespace gpom
 
-gpom_status_t gpom_map_export_beams(const gpom_map_t *map, const gpom_disc_t *disc,
-                                    uint32_t *i_slot, gpom_beam_t *beams, size_t beam_max,
-                                    size_t *n)
+gpom_status_t gpom_map_export_beams(const gpom_map_t *map, gpom_export_t *progress,
+                                    gpom_beam_t *beams, size_t beam_max)
 {
-    if (!gpom::is_map(map) || i_slot == nullptr || beams == nullptr || beam_max == 0 ||
-        n == nullptr || (disc != nullptr && !gpom::is_disc(disc))) {
+    if (!gpom::is_map(map) || progress == nullptr || beams == nullptr || beam_max == 0 ||
+        (progress->disc != nullptr && !gpom::is_disc(progress->disc))) {
         return GPOM_ERR_ARG;
     }
-    *n = 0;
-    for (; *i_slot < map->index.n_slots && *n < beam_max; ++*i_slot) {
-        if (!is_kept(map->index.beams[*i_slot])) {
+    uint32_t &n = progress->n;
+    n = 0;
+    for (; progress->i_slot < map->index.n_slots && n < beam_max; ++progress->i_slot) {
+        if (!is_kept(map->index.beams[progress->i_slot])) {
             continue;
         }
-        const gpom_status_t status = gpom_map_beam(map, *i_slot, &beams[*n]);
+        const gpom_status_t status = gpom_map_beam(map, progress->i_slot, &beams[n]);
         if (status != GPOM_OK) {
             return status;
         }
-        *n += disc == nullptr || gpom::starts_or_ends_in(*disc, beams[*n]) ? 1u : 0u;
+        const bool is_wanted =
+            progress->disc == nullptr || gpom::starts_or_ends_in(*progress->disc, beams[n]);
+        n += is_wanted ? 1u : 0u;
     }
     return GPOM_OK;
 }
 
 gpom_status_t gpom_map_import_beams(gpom_map_t *map, const gpom_beam_t *beams, size_t n,
-                                    const gpom_pose_t *from, const gpom_pose_t *to,
-                                    gpom_import_report_t *report)
+                                    const gpom_frames_t *frames, gpom_import_report_t *report)
 {
-    const bool are_poses = from == nullptr ? to == nullptr
-                                           : to != nullptr && gpom::is_place_and_yaw(*from) &&
-                                                 gpom::is_place_and_yaw(*to);
-    if (!gpom::is_map(map) || (beams == nullptr && n > 0) || !are_poses) {
+    const bool are_frames = frames == nullptr || (gpom::is_place_and_yaw(frames->from) &&
+                                                  gpom::is_place_and_yaw(frames->to));
+    if (!gpom::is_map(map) || (beams == nullptr && n > 0) || !are_frames) {
         return GPOM_ERR_ARG;
     }
     gpom_import_report_t ignored;
     gpom_import_report_t &counts = report != nullptr ? *report : ignored;
     counts = {};
     gpom::reach_back(*map, gpom::oldest_of(beams, n, INT64_MAX));
-    const gpom::Import import = gpom::import_of(*map, from, to, counts);
+    const gpom::Import import = gpom::import_of(*map, frames, counts);
     for (size_t i = 0; i < n; ++i) {
         gpom::take(import, beams[i]);
     }

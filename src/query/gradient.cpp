@@ -45,7 +45,7 @@ Moments<Dual<F>> moving_moments(const gpom_map &map, Workspace &work, const Movi
     const bool in_map_frame = map.config.params.frame == GPOM_FRAME_MAP;
     const Dual<F> x_m = in_map_frame ? Dual<F>{at.x_m, one, zero} : fixed(zero);
     const Dual<F> y_m = in_map_frame ? Dual<F>{at.y_m, zero, one} : fixed(zero);
-    return predict_moving<K>(map.kernel, moving.points, work.gp, moving.slopes, x_m, y_m);
+    return predict_moving<K>(map.kernel, moving.points, work.gp, moving.slopes, {x_m, y_m});
 }
 
 void set_slopes(gpom_gradient_t &gradient, const Moments<Dual<F>> &moments,

@@ -123,22 +123,29 @@ inline Offset<Dual<F>> closest_points(const Offset<F> &at, const SegmentLanes<F>
     return {{p.x_m, dir_x * dir_x - 1.0f, cross}, {p.y_m, cross, dir_y * dir_y - 1.0f}};
 }
 
+/// The neighbours of one kind that were found, and where the chosen ones go.
+template <class Part> struct FoundKind {
+    NearestK<F> &nearest;
+    const Part &part;
+    GatherTo to;
+};
+
 /// gather() with derivatives.
 template <class Part>
 BeamSums<Dual<F>> gather_moving(const gpom_map &map, const Workspace &work,
-                                const NearestK<F> &nearest, const Part &part,
-                                const Neighbourhood<Dual<F>> &points, const GatherTo &to)
+                                const Neighbourhood<Dual<F>> &points, const FoundKind<Part> &kind)
 {
+    const GatherTo &to = kind.to;
     const gpom_params_t &params = map.config.params;
     const Dual<F> zero = fixed(lane::splat<F>(0.0f));
     const float softness_m2 = params.n_fading > 0 ? kFacingSoftness_m2 : 0.0f;
     const bool has_sums = params.vote != 0.0f || params.line != 0.0f;
     BeamSums<Dual<F>> sums = {zero, zero, zero, zero};
     for (size_t j = to.first; j < to.first + to.n; ++j) {
-        const I slots = nearest.best[j - to.first].slot;
+        const I slots = kind.nearest.best[j - to.first].slot;
         const Dual<F> weight = points.weight[j];
         F noise;
-        const SegmentLanes<F> own = collect_segments(map, work.packet->at, part, slots, noise);
+        const SegmentLanes<F> own = collect_segments(map, work.packet->at, kind.part, slots, noise);
         const Offset<Dual<F>> p = closest_points(work.packet->at, own);
         points.x_m[j] = p.x_m;
         points.y_m[j] = p.y_m;
@@ -160,15 +167,15 @@ BeamSums<Dual<F>> gather_moving(const gpom_map &map, const Workspace &work,
 
 /// Choose and gather the neighbours of one kind.
 template <class Part>
-BeamSums<Dual<F>> choose_moving(const gpom_map &map, NearestK<F> &nearest, const Part &part,
-                                const Workspace &work, const MovingWork &moving, const GatherTo &to)
+BeamSums<Dual<F>> choose_moving(const gpom_map &map, const Workspace &work,
+                                const MovingWork &moving, const FoundKind<Part> &kind)
 {
     if (map.config.params.n_fading > 0) {
-        find_distances(map, work, nearest, part, moving.pool_m);
+        find_distances(map, work, kind.nearest, kind.part, moving.pool_m);
     }
-    choose(map, nearest, moving.points.weight + to.first, static_cast<uint32_t>(to.n),
-           moving.pool_m);
-    return gather_moving(map, work, nearest, part, moving.points, to);
+    choose(map, kind.nearest, moving.points.weight + kind.to.first,
+           static_cast<uint32_t>(kind.to.n), moving.pool_m);
+    return gather_moving(map, work, moving.points, kind);
 }
 
 /// What a packet needs besides its points: what is added inside eq. 7, and the squared distance of
@@ -189,8 +196,9 @@ inline MovingContext prepare_moving(const gpom_map &map, Workspace &work, const 
     const gpom_params_t &params = map.config.params;
     const Neighbourhood<Dual<F>> &p = moving.points;
     const BeamSums<Dual<F>> sums =
-        choose_moving(map, work.hits, map.index.hit_part, work, moving, {0, p.n_hits});
-    choose_moving(map, work.free, map.index.free_part, work, moving, {p.n_hits, p.n_free});
+        choose_moving<HitPart>(map, work, moving, {work.hits, map.index.hit_part, {0, p.n_hits}});
+    choose_moving<FreePart>(map, work, moving,
+                            {work.free, map.index.free_part, {p.n_hits, p.n_free}});
     HitAxis<Dual<F>> axis = {};
     if (params.anisotropy > 0.0f || params.line != 0.0f) {
         axis = axis_of_hits(p);

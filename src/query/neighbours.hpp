@@ -10,10 +10,11 @@
 namespace gpom
 {
 
-/// The points of one scan among the points that one lane has chosen so far: how many there are, and
-/// the ranks of the last two.
+/// The points of one scan among the points that one lane has chosen so far: how many there are, the
+/// ranks of the last two, and the scan's number.
 struct OfScan {
     uint32_t n, last, before;
+    uint16_t scan;
 };
 
 /// What a chosen point keeps in place of its id, which is needed no more: the number of its scan
@@ -23,10 +24,10 @@ constexpr uint32_t kBeforeBits = 9;
 static_assert(GPOM_SPARSE_POINTS_MAX <= 1u << kBeforeBits, "ranks have to fit");
 static_assert(GPOM_POINTS_MAX < 1u << (32 - kScanBits - kBeforeBits), "counts have to fit");
 
-inline int32_t scan_mark(uint16_t scan, const OfScan &of)
+inline int32_t scan_mark(const OfScan &of)
 {
     const uint32_t counts = of.before | of.n << kBeforeBits;
-    return static_cast<int32_t>(scan | counts << kScanBits);
+    return static_cast<int32_t>(of.scan | counts << kScanBits);
 }
 
 /// The points of a scan among the first n_chosen. Only the last one is looked for, because its mark
@@ -39,10 +40,10 @@ inline OfScan of_scan(const Found<F> *best, int i_lane, uint32_t n_chosen, uint1
         if (static_cast<uint16_t>(mark) == scan) {
             const uint32_t counts = mark >> kScanBits;
             return {counts >> kBeforeBits, static_cast<uint32_t>(at - best),
-                    counts & ((1u << kBeforeBits) - 1)};
+                    counts & ((1u << kBeforeBits) - 1), scan};
         }
     }
-    return {0, 0, 0};
+    return {0, 0, 0, scan};
 }
 
 /// How the n chosen neighbours of one kind fade: their weights, and the distances at which fading
@@ -88,24 +89,24 @@ inline void fade_last_of_scan(const NearestK<F> &nearest, const Fading<D> &fadin
 /// point fades.
 template <class D>
 inline void leave_out(NearestK<F> &nearest, const Fading<D> &fading, int i_lane, uint32_t rank,
-                      uint16_t scan, const OfScan &same)
+                      const OfScan &same)
 {
     fade_last_of_scan(nearest, fading, i_lane, same, distance_m(nearest, fading, rank, i_lane));
-    const OfScan and_one_left_out = {same.n + 1, same.last, same.before};
-    lane::set(nearest.best[same.last].id, i_lane, scan_mark(scan, and_one_left_out));
+    const OfScan and_one_left_out = {same.n + 1, same.last, same.before, same.scan};
+    lane::set(nearest.best[same.last].id, i_lane, scan_mark(and_one_left_out));
 }
 
 /// Move a point from its rank in the pool to the next rank of the chosen ones, which is with.last.
 template <class D>
 inline void move_point(NearestK<F> &nearest, const Fading<D> &fading, int i_lane, uint32_t rank,
-                       uint16_t scan, const OfScan &with)
+                       const OfScan &with)
 {
     const Found<F> &from = nearest.best[rank];
     const int32_t slot = lane::get(from.slot, i_lane);
     const float d2 = lane::get(from.d2, i_lane);
     Found<F> &place = nearest.best[with.last];
     lane::set(place.d2, i_lane, d2);
-    lane::set(place.id, i_lane, scan_mark(scan, with));
+    lane::set(place.id, i_lane, scan_mark(with));
     lane::set(place.slot, i_lane, slot);
     move_distance(fading, rank, with.last, i_lane);
 }
@@ -126,16 +127,16 @@ inline void cap_scans_of(const gpom_map &map, NearestK<F> &nearest, Fading<D> &f
         }
         const uint16_t scan = map.index.beams[slot].scan;
         const OfScan same = of_scan(best, i_lane, n_chosen, scan);
-        const OfScan with = {same.n + 1, n_chosen, same.last};
+        const OfScan with = {same.n + 1, n_chosen, same.last, scan};
         if (same.n >= n_max) {
             if (fades && same.n == n_max) {
-                leave_out(nearest, fading, i_lane, rank, scan, same);
+                leave_out(nearest, fading, i_lane, rank, same);
             }
         } else if (n_chosen == fading.n) {
             const auto d_m = distance_m(nearest, fading, rank, i_lane);
             lane::set(fading.end_m, i_lane, lane::min(d_m, lane::get(fading.end_m, i_lane)));
         } else {
-            move_point(nearest, fading, i_lane, rank, scan, with);
+            move_point(nearest, fading, i_lane, rank, with);
             if (with.n == n_max && fades) {
                 fade_last_of_scan(nearest, fading, i_lane, with, pool_end_m);
             }

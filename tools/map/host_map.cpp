@@ -98,8 +98,9 @@ gpom_repose_report_t HostMap::repose(const std::vector<gpom_correction_t> &corre
 gpom_import_report_t HostMap::import(const std::vector<gpom_beam_t> &beams, const gpom_pose_t &from,
                                      const gpom_pose_t &to)
 {
+    const gpom_frames_t frames = {from, to};
     gpom_import_report_t report;
-    require(gpom_map_import_beams(map_, beams.data(), beams.size(), &from, &to, &report), "import");
+    require(gpom_map_import_beams(map_, beams.data(), beams.size(), &frames, &report), "import");
     return report;
 }
 

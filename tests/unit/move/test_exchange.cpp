@@ -22,22 +22,21 @@ std::vector<gpom_beam_t> exported(const TestMap &map, std::size_t piece,
 {
     std::vector<gpom_beam_t> all;
     std::vector<gpom_beam_t> beams(piece);
-    std::uint32_t i_slot = 0;
+    gpom_export_t progress = {disc, 0, 0};
     auto *const source = const_cast<TestMap &>(map).get();
-    while (i_slot < gpom_map_slot_count(source)) {
-        std::size_t n = 0;
-        REQUIRE(gpom_map_export_beams(source, disc, &i_slot, beams.data(), piece, &n) == GPOM_OK);
-        REQUIRE(n <= piece);
-        all.insert(all.end(), beams.begin(), beams.begin() + static_cast<std::ptrdiff_t>(n));
+    while (progress.i_slot < gpom_map_slot_count(source)) {
+        REQUIRE(gpom_map_export_beams(source, &progress, beams.data(), piece) == GPOM_OK);
+        REQUIRE(progress.n <= piece);
+        all.insert(all.end(), beams.begin(), beams.begin() + progress.n);
     }
     return all;
 }
 
 gpom_import_report_t imported(TestMap &map, const std::vector<gpom_beam_t> &beams,
-                              const gpom_pose_t *from = nullptr, const gpom_pose_t *to = nullptr)
+                              const gpom_frames_t *frames = nullptr)
 {
     gpom_import_report_t report = {};
-    REQUIRE(gpom_map_import_beams(map.get(), beams.data(), beams.size(), from, to, &report) ==
+    REQUIRE(gpom_map_import_beams(map.get(), beams.data(), beams.size(), frames, &report) ==
             GPOM_OK);
     CHECK(report.n_kept + report.n_known + report.n_not_useful + report.n_out_of_reach +
               report.n_damaged ==
@@ -140,7 +139,8 @@ TEST_CASE("beams turn with their frame")
     }
     config.origin_x_m = config.origin_y_m = 0.0;
     TestMap here(config);
-    imported(here, exported(there, 100), &seen_there, &seen_here);
+    const gpom_frames_t frames = {seen_there, seen_here};
+    imported(here, exported(there, 100), &frames);
     const std::vector<gpom_beam_t> is = here.beams();
     const std::vector<gpom_beam_t> wanted = right.beams();
     REQUIRE(is.size() == wanted.size());
@@ -230,11 +230,15 @@ TEST_CASE("damaged beams are counted, and the map stays whole")
     const gpom_pose_t pose = {0, 0, 0, nullptr};
     const gpom_pose_t wild = {0, std::nan(""), 0, nullptr};
     gpom_map_t *const map = receiver.map.get();
-    CHECK(gpom_map_import_beams(map, good.data(), 1, &pose, nullptr, nullptr) == GPOM_ERR_ARG);
-    CHECK(gpom_map_import_beams(map, good.data(), 1, nullptr, &pose, nullptr) == GPOM_ERR_ARG);
-    CHECK(gpom_map_import_beams(map, good.data(), 1, &pose, &wild, nullptr) == GPOM_ERR_ARG);
-    CHECK(gpom_map_import_beams(map, nullptr, 1, nullptr, nullptr, nullptr) == GPOM_ERR_ARG);
-    CHECK(gpom_map_import_beams(map, nullptr, 0, nullptr, nullptr, nullptr) == GPOM_OK);
+    const gpom_frames_t to_wild = {pose, wild};
+    const gpom_frames_t from_wild = {wild, pose};
+    CHECK(gpom_map_import_beams(map, good.data(), 1, &to_wild, nullptr) == GPOM_ERR_ARG);
+    CHECK(gpom_map_import_beams(map, good.data(), 1, &from_wild, nullptr) == GPOM_ERR_ARG);
+    CHECK(gpom_map_import_beams(map, nullptr, 1, nullptr, nullptr) == GPOM_ERR_ARG);
+    CHECK(gpom_map_import_beams(map, nullptr, 0, nullptr, nullptr) == GPOM_OK);
+    CHECK(gpom_map_export_beams(map, nullptr, bad.data(), 1) == GPOM_ERR_ARG);
+    gpom_export_t progress = {nullptr, 0, 0};
+    CHECK(gpom_map_export_beams(map, &progress, bad.data(), 0) == GPOM_ERR_ARG);
 }
 
 // Stamps of the other robot may be older than all of this one: they are kept, so that corrected
