@@ -40,10 +40,17 @@ void lend(gpom_wire_lidar_t &m, Arrays &arrays)
     m.stamps_us = {arrays.times.data(), kArrayMax, 0};
 }
 
+/// One for all types, because a microcontroller has no room for one of each.
+Arrays &shared_arrays()
+{
+    static Arrays arrays;
+    return arrays;
+}
+
 template <class M, auto decode, auto encode>
 Reencoded reencode(const std::uint8_t *bytes, std::size_t n_bytes)
 {
-    static Arrays arrays;
+    Arrays &arrays = shared_arrays();
     M message = {};
     const gpom_wire_fault_t fault_of_skipping = decode(&message, bytes, n_bytes);
     lend(message, arrays);
